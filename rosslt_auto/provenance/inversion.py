@@ -1,0 +1,337 @@
+"""From wanted values back to their sources: the arithmetic of `force_value` (Section IV-A).
+
+One source that occurs once is solved exactly, by the inverses of the operators on the way; one
+that occurs several times, or several sources for several values together, numerically
+(`solving`). Every answer is checked by re-evaluation.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from .chains import evaluate_chain, invert_chain
+from .expressions import evaluate_many, is_leaf, operands, sources, topological
+from .locations import Source, SourceChangeRefused, source_of
+from .operators import Operator
+from .values import is_tracked, untracked
+
+RELATIVE_TOLERANCE = 1e-9
+
+Target = tuple[Any, Any]
+"""A tracked value, and the plain number that it is to become."""
+
+_Step = tuple[Operator, int, tuple[Any, ...]]
+"""Operator, index of the operand that leads on, all operands."""
+
+Changes = dict[Source, Any]
+"""New plain values by source."""
+
+
+class NotInvertible(ValueError):
+    """No change of a source gives the wanted value; the message says why."""
+
+
+@dataclass
+class Solution:
+    """A checked answer.
+
+    changes  new plain values by source
+    values   what re-evaluation with them gives, one for each target
+    exact    whether these are the targets; False: the nearest that discrete sources can reach
+    """
+
+    changes: Changes = field(default_factory=dict)
+    values: list[Any] = field(default_factory=list)
+    exact: bool = True
+
+    @property
+    def value(self) -> Any:
+        """The value of the first target."""
+        return self.values[0]
+
+
+def reached(value: Any, target: Any, tolerance: float = RELATIVE_TOLERANCE) -> bool:
+    """Whether a float is the target but for rounding; other values have to be equal."""
+    if type(value) is float or type(target) is float:
+        return math.isclose(value, target, rel_tol=tolerance, abs_tol=tolerance)
+    return bool(value == target)
+
+
+def invert(value: Any, target: Any, policy: str = "left", source: str | None = None) -> Solution:
+    """`invert_many` for one value."""
+    if source is None and policy in POLICIES and is_tracked(value):
+        check_target(value, target)
+        solution = _solve_chain(value, target)
+        if solution is not None:
+            return solution
+    return invert_many([(value, target)], policy, source)
+
+
+def invert_many(
+    targets: Sequence[Target], policy: str = "left", source: str | None = None
+) -> Solution:
+    """What to change so that all values become their targets together.
+
+    targets  (tracked value, plain number of the same kind; an int for a float is fine)
+    policy   "left": as few sources as possible, for each value the first that can (the paper's
+             left bias); "least-change": all sources, each as little as possible for its size
+    source   parameter name of the only source that may be changed
+
+    Returns a Solution; raises NotInvertible with the reason.
+    """
+    if policy not in POLICIES:
+        raise NotInvertible(f"unknown policy {policy!r}; there are: {', '.join(POLICIES)}")
+    for value, target in targets:
+        if not is_tracked(value):
+            raise NotInvertible("the value has no provenance")
+        check_target(value, target)
+    candidates = [_candidates(value, source) for value, _ in targets]
+    try:
+        return POLICIES[policy](targets, candidates)
+    except NotInvertible as refusal:
+        apart = _taken_apart(targets) if source is None else None
+        if apart is not None:
+            return checked(targets, invert_many(apart, policy).changes)
+        everything = list(dict.fromkeys(s for found in candidates for s in found))
+        return _nearest(targets, everything, str(refusal))
+
+
+def alternatives(value: Any, target: Any) -> list[tuple[Source, Solution | NotInvertible]]:
+    """For each source, left bias first, what it alone could do."""
+    found: list[tuple[Source, Solution | NotInvertible]] = []
+    for source in sources(value):
+        try:
+            found.append((source, solve_for(value, target, source)))
+        except NotInvertible as refusal:
+            found.append((source, refusal))
+    return found
+
+
+def check_target(value: Any, target: Any) -> None:
+    """Raises NotInvertible if `target` cannot be a value of the kind that `value` is."""
+    plain = type(untracked(value))
+    fitting = (float, int) if plain is float else (plain,)
+    if type(target) not in fitting:
+        raise NotInvertible(f"the value is {plain.__name__}, the target {target!r} is not")
+    if type(target) is float and not math.isfinite(target):
+        raise NotInvertible(f"the target must be finite, not {target}")
+
+
+def _candidates(value: Any, only: str | None) -> list[Source]:
+    found = sources(value)
+    if only is None:
+        return found
+    found = [source for source in found if source.parameter == only]
+    if not found:
+        raise NotInvertible(f"{only} is not a source of this value")
+    return found
+
+
+# ---------------------------------------------------------------- policies
+
+
+def _leftmost(targets: Sequence[Target], candidates: list[list[Source]]) -> Solution:
+    """For one value after the other the first source that can; coupled ones are solved jointly."""
+    changes: Changes = {}
+    for count, (value, target) in enumerate(targets, 1):
+        changes = _extended(changes, targets[:count], value, target, candidates[count - 1])
+    return checked(targets, changes)
+
+
+def _extended(
+    changes: Changes, targets: Sequence[Target], value: Any, target: Any, candidates: list[Source]
+) -> Changes:
+    """`changes` with what one more target needs."""
+    if changes and reached(evaluate_many([value], changes)[0], target):
+        return changes
+    reasons = []
+    for source in candidates:
+        if source in changes:
+            continue
+        try:
+            found = {**changes, **solve_for(value, target, source).changes}
+            if len(targets) > 1 and not _reaches(targets, found):
+                found = _solve_jointly(targets, [*changes, source])
+            return found
+        except NotInvertible as refusal:
+            reasons.append(str(refusal))
+    if not reasons:
+        raise NotInvertible("two of the targets depend on the same source alone")
+    raise NotInvertible("; ".join(dict.fromkeys(reasons)))
+
+
+def _least_change(targets: Sequence[Target], candidates: list[list[Source]]) -> Solution:
+    """All sources together, each changed as little as possible for its size."""
+    everything = list(dict.fromkeys(s for found in candidates for s in found))
+    return checked(targets, _solve_jointly(targets, everything))
+
+
+POLICIES: dict[str, Callable[[Sequence[Target], list[list[Source]]], Solution]] = {
+    "left": _leftmost,
+    "least-change": _least_change,
+}
+"""How sources are chosen, by the name of the policy."""
+
+
+def _reaches(targets: Sequence[Target], changes: Changes) -> bool:
+    try:
+        values = evaluate_many([value for value, _ in targets], changes)
+    except (ArithmeticError, ValueError):
+        return False
+    return all(reached(v, t) for v, (_, t) in zip(values, targets, strict=True))
+
+
+def _solve_jointly(targets: Sequence[Target], chosen: list[Source]) -> Changes:
+    from .solving import solve  # numpy is loaded only where it is needed
+
+    if any(source.kind not in ("float", "int") for source in chosen):
+        raise NotInvertible(f"{chosen[0].parameter} is no number")
+    return solve(targets, chosen)
+
+
+def _taken_apart(targets: Sequence[Target]) -> list[Target] | None:
+    """One text as the pieces that it is made of, where more than one of them differs."""
+    from .text_inversion import take_apart
+
+    if len(targets) != 1 or type(targets[0][1]) is not str:
+        return None
+    return take_apart(*targets[0])
+
+
+def _nearest(targets: Sequence[Target], candidates: list[Source], reason: str) -> Solution:
+    """The nearest that discrete sources can reach, if that is nearer than now; else refuses."""
+    from .solving import nearest
+
+    if any(type(target) is str for _, target in targets):
+        raise NotInvertible(reason)
+    found = nearest(targets, [s for s in candidates if s.kind == "int"])
+    if found is None:
+        raise NotInvertible(reason)
+    values = evaluate_many([value for value, _ in targets], found)
+    return Solution(found, values, exact=False)
+
+
+def checked(targets: Sequence[Target], changes: Changes) -> Solution:
+    """A Solution, if re-evaluation shows that all targets are reached; else NotInvertible."""
+    try:
+        values = evaluate_many([value for value, _ in targets], changes)
+    except (ArithmeticError, ValueError) as error:
+        raise NotInvertible(f"the expression has no result there: {error}") from None
+    for got, (_, target) in zip(values, targets, strict=True):
+        if not reached(got, target):
+            names = ", ".join(source.parameter for source in changes)
+            raise NotInvertible(f"no value of {names} gives {target!r}")
+    return Solution(changes, values)
+
+
+# ---------------------------------------------------------------- one source, one value
+
+
+def solve_for(value: Any, target: Any, source: Source) -> Solution:
+    """The change of this one source that makes `value` the target."""
+    path, below = _only_path(value, source)
+    wanted = _walk_back(path, target)
+    try:
+        if not is_leaf(below):  # it occurs several times: inverses would undo only one of them
+            raise NotInvertible("")
+        return checked([(value, target)], {source: as_held(source, wanted)})
+    except NotInvertible as refusal:
+        # Where an inverse does not exist there may still be a solution on another side.
+        if type(untracked(below)) not in (float, int) or type(wanted) not in (float, int):
+            raise
+        try:
+            changes = _solve_jointly([(below, wanted)], [source])
+            return checked([(value, target)], changes)
+        except NotInvertible as other:
+            raise (refusal if str(refusal) else other) from None
+
+
+def _solve_chain(value: Any, target: Any) -> Solution | None:
+    """The answer for a chain, None where it takes more than the inverses."""
+    try:
+        found = invert_chain(value, target)
+        if found is None:
+            return None
+        leaf, steps, wanted = found
+        source = source_of(leaf)
+        candidate = as_held(source, wanted)
+        result = evaluate_chain(steps, candidate)
+    except (ArithmeticError, ValueError, TypeError):
+        return None
+    return Solution({source: candidate}, [result]) if reached(result, target) else None
+
+
+def as_held(source: Source, wanted: Any) -> Any:
+    """`wanted` as a value that the source can hold; raises NotInvertible if there is none."""
+    if source.kind == "int" and type(wanted) is float:
+        if not math.isfinite(wanted):
+            raise NotInvertible(f"{source.parameter} would have to be {wanted}")
+        nearest = round(wanted)
+        if not math.isclose(nearest, wanted, rel_tol=1e-9, abs_tol=1e-9):
+            raise NotInvertible(f"{source.parameter} is an int and would have to be {wanted:g}")
+        wanted = nearest
+    try:
+        return source.check(wanted)
+    except SourceChangeRefused as refusal:
+        raise NotInvertible(str(refusal)) from None
+
+
+def _only_path(
+    value: Any, source: Source
+) -> tuple[list[_Step], Any]:
+    """The way from `value` down to the source, as far as there is only one; and where it ends.
+
+    The end is the
+    source's leaf or the first node below which the source occurs several times.
+    """
+    step: dict[int, int] = {}
+    for node in topological([value]):
+        if is_leaf(node):
+            if source_of(node) == source:
+                step[id(node)] = 0
+            continue
+        below = [i for i, o in enumerate(operands(node)) if is_tracked(o) and id(o) in step]
+        if below:
+            step[id(node)] = below[0] if len(below) == 1 else -1
+    path = []
+    node = value
+    while not is_leaf(node) and step[id(node)] >= 0:
+        index = step[id(node)]
+        held = operands(node)
+        path.append((node._op, index, held))
+        node = held[index]
+    return path, node
+
+
+def _walk_back(path: list[_Step], target: Any) -> Any:
+    """The paper's inverse: from the target through each operator to the source."""
+    for op, index, held in path:
+        inverse = op.inverse(index)
+        if inverse is None:
+            raise NotInvertible(f"{op.symbol} cannot be inverted")
+        try:
+            target = inverse(target, *map(untracked, held))
+        except (ArithmeticError, ValueError, TypeError) as error:
+            raise NotInvertible(_refusal(op, index, held, target, error)) from None
+    return target
+
+
+def _refusal(op: Operator, index: int, held: Sequence[Any], target: Any, error: Exception) -> str:
+    if op.name in ("min", "max"):
+        others = [operand for i, operand in enumerate(held) if i != index]
+        limit = op.forward(*others, key=untracked) if len(others) > 1 else others[0]
+        return f"limited to {untracked(limit)!r}{_place(limit)}"
+    return f"{op.symbol} cannot give {target!r}: {op.domain or error}"
+
+
+def _place(value: Any) -> str:
+    """`` at controller.py:41`` for what comes from there."""
+    for source in sources(value) if is_tracked(value) else ():
+        if source.file is not None:
+            return f" at {os.path.basename(source.file)}:{source.line}"
+        return f" by {source.parameter}"
+    return ""

@@ -1,0 +1,357 @@
+"""Where values come from: literals of this process, and sources in other nodes.
+
+`create_location` of the paper (Section IV-A): the first time control flow reaches a literal, it
+gets its value from a parameter, and from then on it can be changed at run time. Here every
+instrumented module has a table - a plain list, because reading it must cost one subscript - whose
+entries are the literals' current values, each a leaf of the expression graph.
+"""
+
+from __future__ import annotations
+
+import linecache
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+from .operators import LITERAL, SOURCE
+from .values import is_tracked, leaf, literal_leaf, settle
+
+INT64 = range(-(2**63), 2**63)
+"""What a ROS integer parameter can hold (rcl_interfaces/msg/ParameterValue)."""
+
+
+class SourceChangeRefused(ValueError):
+    """A source cannot take a value; the message says why, nothing was changed."""
+
+
+class LiteralInfo(NamedTuple):
+    """What the rewriter knows of a literal.
+
+    parameter     full parameter name (contract: Locations and parameters)
+    hint          the name it is shown by
+    named         bound to a name, not just an operand
+    line, column  from 1 and from 0, as in Python's ast; likewise end_line, end_column
+    repeated      None if it depends on how often its function runs, else whether it stands in a loop
+    """
+
+    parameter: str
+    hint: str
+    named: bool
+    line: int
+    column: int
+    end_line: int
+    end_column: int
+    repeated: bool | None = None
+
+
+class Source:
+    """Anything whose value can be asked for and changed by name: a parameter of a node.
+
+    node       fully qualified name of the node that owns it, None while no node does
+    parameter  name of the parameter
+    kind       "float", "int", "str" or "bool"
+    hint       the name by which expressions show it
+    named      whether it is bound to a name in the program (see `expressions.sources`)
+    file, line, column, text   where it stands, and that line; None for a declared parameter
+    """
+
+    leaf: Any = None
+    """The current leaf of a source that lives in this process, None for a remote one."""
+
+    repeated = False
+    """Whether the program reads it again and again, see `Location.repeated`."""
+
+    def __init__(
+        self,
+        node: str | None,
+        parameter: str,
+        kind: str,
+        hint: str | None = None,
+        named: bool = True,
+        file: str | None = None,
+        line: int | None = None,
+        column: int | None = None,
+        text: str | None = None,
+    ) -> None:
+        self.node = node
+        self.parameter = parameter
+        self.kind = kind
+        self.hint = hint or parameter.rpartition(".")[2]
+        self.named = named
+        self.file = file
+        self.line = line
+        self.column = column
+        self.text = text
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Source):
+            return NotImplemented
+        return self.parameter == other.parameter and self.node == other.node
+
+    def __hash__(self) -> int:
+        return hash(self.parameter)
+
+    def __repr__(self) -> str:
+        return f"<source {self.node or ''}:{self.parameter}>"
+
+    def check(self, value: Any) -> Any:
+        """`value` as this source would hold it.
+
+        An integer for a float is converted. Raises SourceChangeRefused for another type, for NaN,
+        an infinity or an integer beyond 64 bits.
+        """
+        if self.kind == "float" and type(value) is int:
+            try:
+                value = float(value)
+            except OverflowError:
+                raise SourceChangeRefused(f"{self.parameter}: {value} is too large") from None
+        if type(value).__name__ != self.kind or is_tracked(value):
+            raise SourceChangeRefused(
+                f"{self.parameter} is {_ARTICLE[self.kind]}, not {type(value).__name__} {value!r}"
+            )
+        if self.kind == "float" and not math.isfinite(value):
+            raise SourceChangeRefused(f"{self.parameter} must be finite, not {value}")
+        if self.kind == "int" and value not in INT64:
+            raise SourceChangeRefused(f"{self.parameter} must fit into 64 bits, not {value}")
+        return value
+
+
+_ARTICLE = {"float": "a float", "int": "an int", "str": "a str", "bool": "a bool"}
+
+
+class Location(Source):
+    """A literal of this process.
+
+    first     the value that stands in the source file (or what an override put there at start)
+    leaf      the current leaf, which is what the program gets from now on
+    """
+
+    def __init__(self, literals: Literals, index: int, info: LiteralInfo) -> None:
+        value = literals.values[index]
+        super().__init__(
+            None, info.parameter, type(value).__name__, info.hint, info.named,
+            literals.file, info.line, info.column,
+        )  # fmt: skip
+        self.literals = literals
+        self.index = index
+        self.info = info
+        self.first = value
+
+    # Two literals are never the same location, whatever their names.
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
+
+    @property
+    def text(self) -> str:  # type: ignore[override]
+        return linecache.getline(self.literals.file, self.info.line).strip()
+
+    @text.setter
+    def text(self, value: str | None) -> None:
+        pass
+
+    @property
+    def leaf(self) -> Any:  # type: ignore[override]
+        # Not counted as an execution, see `_CountingTable`.
+        return list.__getitem__(self.literals.table, self.index)
+
+    @property
+    def value(self) -> Any:
+        return self.leaf._v
+
+    @property
+    def repeated(self) -> bool:  # type: ignore[override]
+        """Whether the program executes this literal again and again (design 3.2)."""
+        if self.info.repeated is not None:
+            return self.info.repeated
+        return self.literals.executions(self.index) > 1
+
+    def change(self, value: Any) -> None:
+        """Gives the literal a value that `check` has passed, from its next execution on."""
+        self.literals.table[self.index] = literal_leaf(self.literals, self.index, value)
+
+
+class _CountingTable(list):
+    """The table of a module in its first moments: counts how often each literal is executed.
+
+    Whether a literal is executed once or again and again decides what its change does to values
+    computed before (`refresh`). That shows soon; then a plain list takes over and costs nothing.
+    """
+
+    LOOK_UPS = 20_000
+
+    def __init__(self, leaves: Iterable[Any], done: Callable[[], None]) -> None:
+        super().__init__(leaves)
+        self.counts = [0] * len(self)
+        self.total = 0
+        self.done = done
+
+    def __getitem__(self, index: int) -> Any:  # type: ignore[override]
+        self.counts[index] += 1
+        self.total += 1
+        if self.total > self.LOOK_UPS:
+            self.done()
+        return list.__getitem__(self, index)
+
+
+class Literals:
+    """All literals of one loaded module."""
+
+    def __init__(
+        self,
+        module: str,
+        file: str,
+        values: tuple[Any, ...],
+        describe: Callable[[], list[LiteralInfo]],
+        publish: Callable[[list[Any]], None],
+    ) -> None:
+        self.module = module
+        self.file = file
+        self.values = values
+        self.describe = describe
+        self.publish = publish
+        self.table: list[Any] = [literal_leaf(self, i, value) for i, value in enumerate(values)]
+        self.counts: list[int] | None = None
+        self._infos: list[LiteralInfo] | None = None
+        self._locations: dict[int, Location] = {}
+
+    def start_counting(self) -> None:
+        """Counts executions until enough are known."""
+        counting = _CountingTable(self.table, self._stop_counting)
+        self.table = counting
+        self.counts = counting.counts
+        self.publish(counting)
+
+    def _stop_counting(self) -> None:
+        if type(self.table) is not list:
+            self.table = list.copy(self.table)
+            self.publish(self.table)
+
+    def executions(self, index: int) -> int:
+        """How often the literal was seen to be executed; not more than the first few times."""
+        return self.counts[index] if self.counts else 0
+
+    @property
+    def infos(self) -> list[LiteralInfo]:
+        if self._infos is None:
+            self._infos = list(self.describe())
+        return self._infos
+
+    def location(self, index: int) -> Location:
+        found = self._locations.get(index)
+        if found is None:
+            found = self._locations.setdefault(index, Location(self, index, self.infos[index]))
+        return found
+
+    def known_locations(self) -> Iterator[Location]:
+        yield from list(self._locations.values())
+
+
+_tables: dict[str, Literals] = {}
+_initial: dict[str, Any] = {}
+_refusals: Callable[[str], None] = lambda reason: None
+
+
+def register_literals(
+    name: str,
+    module: str,
+    file: str,
+    values: tuple[Any, ...],
+    describe: Callable[[], list[LiteralInfo]],
+    publish: Callable[[list[Any]], None],
+) -> Literals:
+    """Makes the table of a module's literals.
+
+    name      unique for the file, its content and the module; the same one again (a reload) gives
+              the same table, with the values that it has now
+    describe  gives a LiteralInfo per value, asked for when the first location is needed
+    publish   is given the list that the rewritten code has to read; may be called again later
+    """
+    found = _tables.get(name)
+    if found is None:
+        found = _tables[name] = Literals(module, file, values, describe, publish)
+        if _initial:
+            _apply_initial(found)
+        found.start_counting()
+    else:
+        publish(found.table)
+    return found
+
+
+def set_initial_values(values: Mapping[str, Any], refused: Callable[[str], None]) -> None:
+    """Values by parameter name for literals that will be registered later (`-p` at start).
+
+    `refused` is told why a literal cannot have the value that was given for it.
+    """
+    global _refusals
+    _initial.update(values)
+    _refusals = refused
+
+
+def _apply_initial(literals: Literals) -> None:
+    if not any(name.startswith("rosslt.") for name in _initial):
+        return
+    for index, info in enumerate(literals.infos):
+        if info.parameter in _initial:
+            location = literals.location(index)
+            try:
+                value = location.check(_initial[info.parameter])
+            except SourceChangeRefused as refusal:
+                _refusals(str(refusal))
+            else:
+                location.change(value)
+
+
+def instrumented_files() -> set[str]:
+    """The files of all modules that have a table."""
+    return {literals.file for literals in _tables.values()}
+
+
+def instrumented_modules() -> set[str]:
+    """The names of all modules that have a table."""
+    return {literals.module for literals in _tables.values()}
+
+
+def location_of(parameter: str) -> Location | None:
+    """The location in this process that has this parameter name, the latest if there are several."""
+    for literals in reversed(list(_tables.values())):
+        for index, info in enumerate(literals.infos):
+            if info.parameter == parameter:
+                return literals.location(index)
+    return None
+
+
+def changed_locations() -> list[Location]:
+    """Locations whose value is no longer the one in the source file."""
+    return [
+        location
+        for literals in list(_tables.values())
+        for location in literals.known_locations()
+        if location.value != location.first
+    ]
+
+
+def source_of(node: Any) -> Source:
+    """The source of a leaf."""
+    settle(node)
+    if node._op is LITERAL:
+        return node._a.location(node._b)
+    if node._op is SOURCE:
+        return node._a
+    raise TypeError("not a leaf")
+
+
+__all__ = [
+    "LiteralInfo",
+    "Literals",
+    "Location",
+    "Source",
+    "SourceChangeRefused",
+    "changed_locations",
+    "instrumented_files",
+    "instrumented_modules",
+    "leaf",
+    "location_of",
+    "register_literals",
+    "set_initial_values",
+    "source_of",
+]

@@ -1,0 +1,100 @@
+"""What a changed source does to values that were computed before (design 3.2).
+
+A value computed from a literal that is executed once - a module constant, an attribute set in
+``__init__`` - follows the literal; what a literal that is executed again and again has
+contributed stays, and so does what has been accumulated. Nothing is ever re-evaluated before
+the first change.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from typing import Any
+
+from . import bindings
+from .accumulation import held_operands
+from .expressions import is_leaf, operands, topological
+from .locations import Source, source_of
+from .values import is_tracked, record, untracked
+
+any_change = False
+"""Whether any source of this process has been changed yet."""
+
+_log = logging.getLogger(__name__)
+
+
+def apply(changes: Mapping[Source, Any]) -> None:
+    """Changes sources of this process, all or none, and everything still bound to their values.
+
+    changes  plain values by source
+    Raises SourceChangeRefused, before anything is done, if one cannot be.
+    """
+    global any_change
+    checked = {source: source.check(value) for source, value in changes.items()}
+    for source, value in checked.items():
+        source.change(value)
+    any_change = True
+    bindings.replace_everywhere(refreshed)
+
+
+def refreshed(value: Any) -> Any:
+    """`value` as the current values of its sources make it; the same object if they change nothing."""
+    if not is_tracked(value):
+        return value
+    order = topological([value])
+    stale = {id(node) for node in order if is_leaf(node) and _is_stale(node)}
+    if not stale:
+        return value
+    try:
+        result = _rebuilt(value, order, stale)
+    except (ArithmeticError, ValueError, TypeError) as error:
+        _log.debug("a value stays as it is, its expression has no result now: %s", error)
+        return value
+    return result if type(untracked(result)) is type(value._v) else value
+
+
+def _is_stale(leaf: Any) -> bool:
+    current = source_of(leaf).leaf
+    return current is not None and current is not leaf
+
+
+def _rebuilt(value: Any, order: list[Any], stale: set[int]) -> Any:
+    """`value` with the stale leaves replaced where it follows them, by constants where not."""
+    held = held_operands(value)
+    live: dict[int, Any] = {}
+    kept: dict[int, Any] = {}
+    for node in order:
+        key = id(node)
+        if is_leaf(node):
+            source = source_of(node)
+            kept[key] = node._v if key in stale else node
+            live[key] = source.leaf if key in stale and not source.repeated else kept[key]
+            continue
+        below = operands(node)
+        kept[key] = _kept(node, [kept.get(id(o), o) for o in below], below)
+        live[key] = _live(
+            node,
+            [kept.get(id(o), o) if (key, i) in held else live.get(id(o), o)
+             for i, o in enumerate(below)],
+            below,
+        )  # fmt: skip
+    return live[id(value)]
+
+
+def _kept(node: Any, now: list[Any], before: tuple[Any, ...]) -> Any:
+    """The same value with constants for what it no longer follows."""
+    if all(a is b for a, b in zip(now, before, strict=True)):
+        return node
+    return record(node._op, node._v, *now)
+
+
+def _live(node: Any, now: list[Any], before: tuple[Any, ...]) -> Any:
+    if all(a is b for a, b in zip(now, before, strict=True)):
+        return node
+    if all(untracked(a) is untracked(b) for a, b in zip(now, before, strict=True)):
+        return record(node._op, node._v, *now)
+    return record(node._op, node._op.forward(*map(untracked, now)), *now)
+
+
+__all__ = ["any_change", "apply", "refreshed"]

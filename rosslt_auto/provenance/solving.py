@@ -1,0 +1,231 @@
+"""Numerical inversion: where a source occurs several times, or several targets share sources.
+
+Newton's method with the derivatives of the operator table, damped; for one unknown safeguarded
+by bracketing. What comes out is rounded to what discrete sources can hold. Callers check the
+result by re-evaluation.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .expressions import evaluate_many, gradient, leaves
+from .inversion import Changes, NotInvertible, Target, as_held, reached
+from .locations import Source, SourceChangeRefused, source_of
+
+MAX_STEPS = 60
+MAX_HALVINGS = 30
+SMALLEST_SCALE = 1e-3
+
+
+def solve(targets: Sequence[Target], chosen: Sequence[Source]) -> Changes:
+    """New values of the `chosen` sources with which all values are their targets.
+
+    Among several solutions one with small changes, each weighed by the size of its source.
+    Raises NotInvertible if none is found.
+    """
+    if not chosen:
+        raise NotInvertible("the value has no sources that can be changed")
+    problem = _Problem(targets, chosen)
+    start = problem.start
+    found = problem.newton(start, free=list(range(len(chosen))))
+    if found is None and len(chosen) == 1 and len(targets) == 1:
+        found = problem.bracket(float(start[0]))
+    if found is None:
+        names = ", ".join(source.parameter for source in chosen)
+        raise NotInvertible(f"no value of {names} gives {_targets_text(targets)}")
+    return problem.held(found)
+
+
+def _targets_text(targets: Sequence[Target]) -> str:
+    return ", ".join(repr(target) for _, target in targets)
+
+
+class _Problem:
+    """Targets as a function of the chosen sources."""
+
+    def __init__(self, targets: Sequence[Target], chosen: Sequence[Source]) -> None:
+        self.values = [value for value, _ in targets]
+        self.goals = np.array([float(target) for _, target in targets])
+        self.targets = targets
+        self.sources = list(chosen)
+        present = {source_of(leaf): leaf._v for value in self.values for leaf in leaves(value)}
+        self.start = np.array([float(present[source]) for source in self.sources])
+        self.scale = np.maximum(np.abs(self.start), SMALLEST_SCALE)
+
+    def changes(self, point: Any) -> Changes:
+        """The sources' values at a point; those of discrete sources stay unrounded."""
+        return {source: float(x) for source, x in zip(self.sources, point, strict=True)}
+
+    def at(self, point: Any) -> Any:
+        """The values at a point, None where there are none."""
+        try:
+            found = evaluate_many(self.values, self.changes(point))
+            values = np.array([float(value) for value in found])
+        except (ArithmeticError, ValueError, TypeError):
+            return None
+        return values if np.isfinite(values).all() else None
+
+    def slopes(self, point: Any) -> Any:
+        changes = self.changes(point)
+        rows = [gradient(value, changes) for value in self.values]
+        return np.array([[row.get(source, 0.0) for source in self.sources] for row in rows])
+
+    def near(self, values: Any) -> bool:
+        return all(reached(v, g, 1e-11) for v, g in zip(values.tolist(), self.goals, strict=True))
+
+    def newton(self, start: Any, free: list[int]) -> Any:
+        """A solution reached from `start` by moving the `free` sources, None if there is none."""
+        point = np.array(start, dtype=float)
+        values = self.at(point)
+        if values is None:
+            return None
+        for _ in range(MAX_STEPS):
+            if self.near(values):
+                return point
+            try:
+                step = self._step(point, values, free)
+            except (ArithmeticError, ValueError, TypeError):
+                return None
+            moved = self._damped(point, values, step)
+            if moved is None:
+                break
+            point, values = moved
+        return point if self._good_enough(values) else None
+
+    def _step(self, point: Any, values: Any, free: list[int]) -> Any:
+        """The smallest weighted step that the linear form asks for."""
+        weights = self.scale[free]
+        slopes = self.slopes(point)[:, free] * weights
+        if not np.isfinite(slopes).all():
+            raise ArithmeticError("no slope")
+        step = np.zeros_like(point)
+        step[free] = weights * np.linalg.lstsq(slopes, self.goals - values, rcond=1e-12)[0]
+        return step
+
+    def _damped(self, point: Any, values: Any, step: Any) -> Any:
+        if not step.any():
+            return None
+        before = np.abs(self.goals - values).max()
+        for halving in range(MAX_HALVINGS):
+            moved = point + step * 0.5**halving
+            found = self.at(moved)
+            if found is not None and np.abs(self.goals - found).max() < before:
+                return moved, found
+        return None
+
+    def _good_enough(self, values: Any) -> bool:
+        return all(reached(v, g) for v, g in zip(values.tolist(), self.goals, strict=True))
+
+    def bracket(self, start: float) -> Any:
+        """A solution for one unknown by bisection, the nearest to `start`, None if none is seen."""
+        goal = float(self.goals[0])
+
+        def miss(x: float) -> float:
+            values = self.at([x])
+            return math.nan if values is None else float(values[0]) - goal
+
+        found = [
+            root
+            for low, high in _intervals(start, float(self.scale[0]))
+            if (root := _bisect(miss, low, high)) is not None
+        ]
+        return np.array([min(found, key=lambda x: abs(x - start))]) if found else None
+
+    def held(self, point: Any) -> Changes:
+        """The point as values that the sources can hold; what rounding breaks is solved again."""
+        discrete = [i for i, source in enumerate(self.sources) if source.kind == "int"]
+        free = [i for i in range(len(self.sources)) if i not in discrete]
+        if discrete and free:
+            rounded = np.array(point)
+            rounded[discrete] = np.round(rounded[discrete])
+            found = self.newton(rounded, free)
+            point = rounded if found is None else found
+        return {
+            source: as_held(source, _tidy(float(x)))
+            for source, x, before in zip(self.sources, point, self.start, strict=True)
+            if x != before
+        }
+
+
+def _tidy(x: float) -> float:
+    """The rounding errors of the last digits removed where that is the same number for people."""
+    short = float(f"{x:.12g}")
+    return short if math.isclose(short, x, rel_tol=1e-13, abs_tol=0.0) else x
+
+
+def _intervals(start: float, scale: float) -> list[tuple[float, float]]:
+    """Neighbouring intervals around `start`, growing with the distance."""
+    reach = [0.0] + [scale * 2.0 ** (k / 2) for k in range(-12, 60)]
+    steps = list(itertools.pairwise(reach))
+    return [(start + a, start + b) for a, b in steps] + [(start - b, start - a) for a, b in steps]
+
+
+def _bisect(miss: Any, low: float, high: float) -> float | None:
+    at_low, at_high = miss(low), miss(high)
+    if at_low == 0.0:
+        return low
+    if at_high == 0.0:
+        return high
+    if math.isnan(at_low) or math.isnan(at_high) or (at_low > 0) == (at_high > 0):
+        return None
+    for _ in range(200):
+        middle = (low + high) / 2
+        at_middle = miss(middle)
+        if at_middle == 0.0 or middle in (low, high):
+            return middle
+        if math.isnan(at_middle):
+            return None
+        if (at_middle > 0) == (at_low > 0):
+            low, at_low = middle, at_middle
+        else:
+            high = middle
+    return (low + high) / 2
+
+
+# ---------------------------------------------------------------- discrete sources
+
+
+def nearest(targets: Sequence[Target], discrete: Sequence[Source]) -> Changes | None:
+    """The values of one discrete source that come nearest to the targets; None if it is now.
+
+    Sources are tried in their order; the first that comes as near as any wins.
+    """
+    best: Changes | None = None
+    smallest = _miss(targets, {})
+    for source in discrete:
+        for candidate in _candidates(targets, source):
+            miss = _miss(targets, {source: candidate})
+            if miss < smallest * (1 - 1e-12):
+                best, smallest = {source: candidate}, miss
+    return best
+
+
+def _miss(targets: Sequence[Target], changes: Changes) -> float:
+    try:
+        values = evaluate_many([value for value, _ in targets], changes)
+        return max(abs(v - t) for v, (_, t) in zip(values, targets, strict=True))
+    except (ArithmeticError, ValueError, TypeError):
+        return math.inf
+
+
+def _candidates(targets: Sequence[Target], source: Source) -> list[int]:
+    """Whole numbers on both sides of the unrounded solution."""
+    problem = _Problem(targets, [source])
+    found = problem.newton(problem.start, [0])
+    if found is None and len(targets) == 1:
+        found = problem.bracket(float(problem.start[0]))
+    if found is None:
+        return []
+    candidates = []
+    for whole in (math.floor(found[0]), math.ceil(found[0])):
+        try:
+            candidates.append(source.check(whole))
+        except SourceChangeRefused:
+            continue
+    return candidates
