@@ -1,0 +1,9 @@
+"""Why a module runs plain."""
+
+
+class NotParsed(Exception):
+    """Plain Python cannot compile it either, and says it better; `__cause__` is what it says."""
+
+
+class NotInstrumented(Exception):
+    """Plain Python accepts it, but it could not be rewritten or compiled; the message says why."""

@@ -1,0 +1,118 @@
+"""Functions whose frames nobody sees.
+
+Our functions that stand between a program and the plain function it calls must not show up in
+the program's tracebacks and stacks. CPython leaves out frames that have not yet reached the
+instruction RESUME (``_PyFrame_IsIncomplete``, `Include/internal/pycore_frame.h`): it is how a
+frame that is still being set up stays out of sight. A function whose instructions all come before
+any RESUME is therefore never seen: not in tracebacks, not by ``sys._getframe`` and all that builds
+on it (stack levels of warnings, `inspect.stack`), and from 3.12 on not by tracers and profilers.
+
+3.11's profilers do see a return for every call they saw, so there a RESUME is executed, but one
+that stands behind everything else.
+"""
+
+from __future__ import annotations
+
+import dis
+import sys
+from collections.abc import Callable
+from types import CodeType, FunctionType
+from typing import Any, TypeVar
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_RESUME = dis.opmap["RESUME"]
+
+
+def _never_complete(code: CodeType) -> CodeType:
+    """`code` with its RESUME taken away, or moved behind everything else."""
+    instructions = bytearray(code.co_code)
+    at = instructions[::2].index(_RESUME) * 2
+    if sys.version_info >= (3, 12):
+        instructions[at : at + 2] = bytes([dis.opmap["NOP"], 0])
+        return code.replace(co_code=bytes(instructions))
+    # In the place of RESUME: to the end, where a RESUME is, and back. Jumps count instructions
+    # from the next one on; one instruction becomes two, so everything behind moves by one.
+    rest = (len(instructions) - at) // 2 - 1
+    instructions[at : at + 2] = _instruction("JUMP_FORWARD", rest)
+    instructions += bytes([_RESUME, 0]) + _instruction("JUMP_BACKWARD", rest + 3)
+    return code.replace(
+        co_code=bytes(instructions),
+        co_linetable=bytes([0b1_1111_000]) + code.co_linetable,  # one instruction, no position
+        co_exceptiontable=_moved(code.co_exceptiontable, 1),
+    )
+
+
+def _instruction(name: str, argument: int) -> bytes:
+    high, low = divmod(argument, 256)
+    return bytes([dis.opmap["EXTENDED_ARG"], high, dis.opmap[name], low])
+
+
+def _moved(table: bytes, by: int) -> bytes:
+    """An exception table (CPython's `Objects/exception_handling_notes.txt`) for moved code.
+
+    Entries are start, length, target, depth; numbers of six bits a byte, the highest first, with
+    a mark where more follow and another one where an entry begins.
+    """
+    numbers, number = [], 0
+    for byte in table:
+        number = number << 6 | byte & 0b11_1111
+        if not byte & 0b100_0000:
+            numbers.append(number)
+            number = 0
+    moved = bytearray()
+    for index, number in enumerate(numbers):
+        field = index % 4
+        number += by if field in (0, 2) else 0
+        encoded = [number & 0b11_1111]
+        while number := number >> 6:
+            encoded.insert(0, number & 0b11_1111 | 0b100_0000)
+        encoded[0] |= 0b1000_0000 if field == 0 else 0
+        moved += bytes(encoded)
+    return bytes(moved)
+
+
+def _works() -> bool:
+    """Whether this interpreter treats such functions as described, in both ways out of them."""
+
+    def inner(wrong: bool) -> int:
+        return 1 // 0 if wrong else 1
+
+    try:
+        inner.__code__ = _never_complete(inner.__code__)
+        if inner(False) != 1:
+            return False
+        inner(True)
+    except ZeroDivisionError as error:
+        trace = error.__traceback__
+        return trace is not None and trace.tb_next is None
+    except Exception:
+        return False
+    return False
+
+
+_AVAILABLE = _works()
+
+
+def unseen(function: F) -> F:
+    """Decorator: the frames of `function` (no generator) are not seen any more.
+
+    Does nothing on interpreters where it would not work.
+    """
+    if _AVAILABLE and isinstance(function, FunctionType) and _is_seen(function.__code__):
+        function.__code__ = _never_complete(function.__code__)
+    return function
+
+
+def _is_seen(code: CodeType) -> bool:
+    return _RESUME in code.co_code[:-6:2]  # not done yet
+
+
+def unseen_methods(cls: type) -> None:
+    """Makes the methods that `cls` defines unseen, with the functions that they were made from."""
+    for method in vars(cls).values():
+        if isinstance(method, FunctionType):
+            unseen(method)
+            for cell in method.__closure__ or ():
+                if isinstance(cell.cell_contents, FunctionType):
+                    unseen(cell.cell_contents)

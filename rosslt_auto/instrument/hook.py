@@ -1,0 +1,148 @@
+"""Join point of instrumentation: ``SourceLoader.get_code``, through which every loader of source
+files gets its code.
+
+Finders, loaders and module specs stay everybody's own, so that editable installs,
+``spec_from_file_location``, `runpy` and other import hooks work as ever. The advice gives
+instrumented code for selected modules; for all others, and whenever instrumenting fails, the
+plain code comes from the plain function. Modules in zip archives have a join point of their own.
+"""
+
+from __future__ import annotations
+
+import builtins
+import functools
+import marshal
+import zipimport
+from collections.abc import Callable
+from importlib.abc import InspectLoader
+from importlib.machinery import SourceFileLoader
+from types import CodeType
+from typing import Any
+
+import wrapt
+
+from ..provenance.locations import LiteralInfo, register_literals
+from . import cache, calls
+from .errors import NotParsed
+from .frames import unseen
+from .selection import Selection
+
+_SourceLoader = next(cls for cls in SourceFileLoader.__mro__ if "get_code" in vars(cls))
+_PLAIN_COMPILERS = (vars(_SourceLoader)["source_to_code"], InspectLoader.source_to_code)
+
+_selections: list[Selection] = []
+_originals: dict[type, Any] = {}
+_warned: set[str] = set()
+
+
+def install(selection: Selection) -> None:
+    """Instruments the modules that `selection` selects, from their next import on."""
+    if selection not in _selections:
+        _selections.append(selection)
+    for loader in (_SourceLoader, zipimport.zipimporter):
+        if loader not in _originals:
+            _originals[loader] = vars(loader)["get_code"]
+            wrapt.wrap_function_wrapper(loader, "get_code", _get_code)
+
+
+def uninstall() -> None:
+    """Imports are plain again. Modules that are instrumented already stay so."""
+    _selections.clear()
+    for loader, original in list(_originals.items()):
+        wrapper = vars(loader)["get_code"]
+        if getattr(wrapper, "_self_wrapper", None) is _get_code:
+            loader.get_code = original  # type: ignore[attr-defined]
+            del _originals[loader]
+
+
+def instrumented_code(
+    module: str,
+    path: str,
+    source: bytes,
+    *,
+    cached: bool = True,
+    compiler: Callable[[Any, str], CodeType] | None = None,
+) -> CodeType:
+    """Code of a module that produces tracked values; its literals are registered.
+
+    module    dotted name, ``__main__`` for a script
+    path      the source file, as tracebacks show it
+    source    its content
+    cached    whether the cache may be asked and filled
+    compiler  compiles the rewritten tree, for loaders that have transformations of their own
+
+    Raises NotParsed or NotInstrumented.
+    """
+    cache_path = cache.path_for(path) if cached else None
+    entry = cache.read(cache_path, source, module, path) if cache_path else None
+    if entry is None:
+        from .weaving import weave  # takes long to import, and is not needed with a warm cache
+
+        entry = weave(module, path, source, compiler)
+        if cache_path:
+            cache.write(cache_path, source, entry)
+    calls.publish()
+    if entry.values:
+        register_literals(
+            entry.table,
+            module,
+            path,
+            entry.values,
+            functools.partial(_describe, entry.infos),
+            functools.partial(vars(builtins).__setitem__, entry.table),
+        )
+    return entry.code
+
+
+def _describe(infos: bytes) -> list[LiteralInfo]:
+    return [LiteralInfo(*info) for info in marshal.loads(infos)]
+
+
+def instrumented_or_none(module: str, path: str, source: bytes, **how: Any) -> CodeType | None:
+    """As `instrumented_code`; None where that fails, so that plain Python takes over.
+
+    Says so once per module, unless plain Python will fail too.
+    """
+    try:
+        return instrumented_code(module, path, source, **how)
+    except NotParsed:
+        return None
+    except Exception as error:
+        if module not in _warned:
+            _warned.add(module)
+            import logging
+
+            logging.getLogger(__name__).warning(
+                "%s runs without provenance, it could not be instrumented: %s", path, error
+            )
+        return None
+
+
+@unseen
+def _get_code(wrapped: Any, loader: Any, args: Any, kwargs: Any) -> Any:
+    code = _advice(loader, *args, **kwargs)
+    if code is None:
+        return wrapped(*args, **kwargs)
+    return code
+
+
+def _advice(loader: Any, fullname: str | None = None) -> CodeType | None:
+    """Instrumented code, or None if the plain function is to be called. Raises nothing."""
+    try:
+        name = fullname if fullname is not None else loader.name
+        path = loader.get_filename(name)
+        if not any(selection.selects(name, path) for selection in _selections):
+            return None
+        source = loader.get_data(path)
+        compiler = getattr(type(loader), "source_to_code", None)
+        if isinstance(loader, zipimport.zipimporter):
+            if not path.endswith(".py"):
+                return None
+            return instrumented_or_none(name, path, source, cached=False)
+        if compiler in _PLAIN_COMPILERS:
+            return instrumented_or_none(name, path, source)
+        return instrumented_or_none(
+            name, path, source, cached=False, compiler=loader.source_to_code
+        )
+    except Exception:
+        return None  # whatever it is, the plain function meets it again

@@ -1,0 +1,60 @@
+"""From source to instrumented code, where the cache has none."""
+
+from __future__ import annotations
+
+import ast
+import marshal
+from collections.abc import Callable
+from types import CodeType
+from typing import Any
+
+from .cache import Entry, table_name
+from .errors import NotInstrumented, NotParsed
+from .naming import module_scope, submodules
+from .rewriter import Rewritten, rewrite
+
+
+def rewritten_tree(module: str, path: str, source: bytes) -> tuple[ast.Module, str, Rewritten]:
+    """The rewritten tree of a module, the name of its table, and what is in the table.
+
+    Raises NotParsed or NotInstrumented.
+    """
+    try:
+        tree: Any = compile(source, path, "exec", ast.PyCF_ONLY_AST, dont_inherit=True)
+    except Exception as error:
+        raise NotParsed(str(error)) from error
+    table = table_name(module, path, source)
+    try:
+        return tree, table, rewrite(tree, module_scope(module, path), table, submodules(path))
+    except Exception as error:
+        raise NotInstrumented(f"{type(error).__name__}: {error}") from error
+
+
+def weave(
+    module: str,
+    path: str,
+    source: bytes,
+    compiler: Callable[[Any, str], CodeType] | None = None,
+) -> Entry:
+    """The instrumented code of a module and what it needs to run.
+
+    Raises NotParsed or NotInstrumented.
+    """
+    tree, table, rewritten = rewritten_tree(module, path, source)
+    try:
+        if compiler is None:
+            code = compile(tree, path, "exec", dont_inherit=True)
+        else:
+            code = compiler(tree, path)
+        infos = marshal.dumps([tuple(info) for info in rewritten.infos])
+    except Exception as error:
+        _compile_plainly(source, path)  # an error of the program, or ours?
+        raise NotInstrumented(f"{type(error).__name__}: {error}") from error
+    return Entry(module, path, table, code, rewritten.values, infos)
+
+
+def _compile_plainly(source: bytes, path: str) -> None:
+    try:
+        compile(source, path, "exec", dont_inherit=True)
+    except Exception as error:
+        raise NotParsed(str(error)) from error
