@@ -1,0 +1,82 @@
+"""The paper's SourceChange message: fire and forget, on ``/rosslt/source_change``.
+
+rcl_interfaces/msg/ParameterEvent; what stands in `changed_parameters` for a node of this
+process is set exactly as through its parameter services, together or not at all.
+"""
+
+from __future__ import annotations
+
+import logging
+import weakref
+from typing import Any
+
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.exceptions import ParameterNotDeclaredException
+from rclpy.parameter import Parameter
+from rclpy.qos import qos_profile_parameter_events
+
+from . import parameters
+
+TOPIC = "/rosslt/source_change"
+
+_log = logging.getLogger(__name__)
+
+
+def listen(node: Any) -> None:
+    """Subscribes a node. In its default callback group: between callbacks, as the services."""
+    try:
+        node.create_subscription(
+            ParameterEvent, TOPIC, _Listener(node), qos_profile_parameter_events
+        )
+    except Exception:
+        # The node is being shut down. It goes on without.
+        _log.debug("no subscription of %s", TOPIC, exc_info=True)
+
+
+class _Listener:
+    """The callback; tells itself apart from the program's own."""
+
+    def __init__(self, node: Any) -> None:
+        self._node = weakref.ref(node)
+
+    def __call__(self, event: Any) -> None:
+        node = self._node()
+        if node is not None:
+            apply(node, event)
+
+
+def is_listener(subscription: Any) -> bool:
+    """Whether a subscription is one of `listen`."""
+    return isinstance(subscription.callback, _Listener)
+
+
+def apply(node: Any, event: Any) -> None:
+    """Applies an event if it is meant for `node`; what is refused is logged."""
+    if event.node != node.get_fully_qualified_name() or not event.changed_parameters:
+        return
+    try:
+        requested = [Parameter.from_parameter_msg(one) for one in event.changed_parameters]
+        result = node.set_parameters_atomically(requested)
+    except ParameterNotDeclaredException as error:
+        _refused(node, str(error))
+    except (TypeError, ValueError) as error:  # a message that is no parameter
+        _refused(node, f"malformed: {error}")
+    else:
+        if not result.successful:
+            _refused(node, result.reason)
+
+
+def _refused(node: Any, reason: str) -> None:
+    node.get_logger().warning(f"source change refused: {reason}")
+
+
+def install() -> None:
+    """Nodes listen from their first location on."""
+    if listen not in parameters.on_first_location:
+        parameters.on_first_location.append(listen)
+
+
+def uninstall() -> None:
+    """No further node listens."""
+    if listen in parameters.on_first_location:
+        parameters.on_first_location.remove(listen)

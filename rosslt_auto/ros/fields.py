@@ -1,0 +1,328 @@
+"""Fields of messages: which ones are tracked, and giving received ones their provenance.
+
+For every message type a flat walker is generated once, because it looks at every field of every
+message that is published. A field's path is what one types in Python after ``msg.``:
+``pose.position.x``, ``points[3].x``.
+"""
+
+from __future__ import annotations
+
+import importlib
+import operator
+import re
+from collections.abc import Callable, Iterator
+from functools import cache, partial
+from itertools import groupby
+from typing import Any, NamedTuple
+
+from rosidl_parser.definition import AbstractNestedType, BasicType, NamespacedType
+
+from ..provenance.operators import DEFERRED, OPERATORS
+from ..provenance.values import TrackedFloat, TrackedInt
+from .header import Header, HeaderError, Outline
+
+FLOATS = frozenset({"float", "double", "long double"})
+INTEGERS = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
+
+_FLOAT32 = OPERATORS["float32"]
+_TOKEN = re.compile(r"([A-Za-z][A-Za-z0-9_]*)(?:\[([0-9]{1,9})\])?")
+
+
+class Tracked(NamedTuple):
+    """A tracked value in a message.
+
+    path         of the field
+    value        the tracked value
+    owner, slot  ``getattr(owner, slot)`` is the value
+    """
+
+    path: str
+    value: Any
+    owner: Any
+    slot: str
+
+
+class Member(NamedTuple):
+    """A field as its message type defines it (REP-2011 calls it a member)."""
+
+    name: str
+    type: Any  # of rosidl_parser.definition
+
+    @property
+    def slot(self) -> str:
+        return "_" + self.name
+
+
+def is_message_type(cls: Any) -> bool:
+    """Whether a class was generated from a message definition."""
+    return hasattr(cls, "SLOT_TYPES") and hasattr(cls, "_fields_and_field_types")
+
+
+def members(message_type: type) -> Iterator[Member]:
+    """The fields of a message type, in order."""
+    names = message_type._fields_and_field_types  # type: ignore[attr-defined]
+    for name, kind in zip(names, message_type.SLOT_TYPES, strict=True):  # type: ignore[attr-defined]
+        yield Member(name, kind)
+
+
+def message_class(definition: NamespacedType) -> type:
+    """The Python class of a message type."""
+    return getattr(importlib.import_module(".".join(definition.namespaces)), definition.name)
+
+
+@cache
+def trackable(message_type: type) -> bool:
+    """Whether messages of this type have fields whose values can be tracked."""
+    return any(_trackable(member.type) for member in members(message_type))
+
+
+def _trackable(kind: Any) -> bool:
+    if isinstance(kind, BasicType):
+        return kind.typename in FLOATS or kind.typename in INTEGERS
+    if isinstance(kind, AbstractNestedType):
+        # Sequences of numbers are arrays: their elements are plain.
+        kind = kind.value_type
+        if not isinstance(kind, NamespacedType):
+            return False
+    return isinstance(kind, NamespacedType) and trackable(message_class(kind))
+
+
+# ---------------------------------------------------------------- collecting
+
+Collector = Callable[[Any], list[Tracked]]
+
+_collectors: dict[type, Collector] = {}
+
+
+def collect(message: Any) -> list[Tracked]:
+    """The fields of a message that are tracked."""
+    return collector(type(message))(message)
+
+
+def tracked_fields(message: Any) -> dict[str, Any]:
+    """The tracked values of a message by path."""
+    return {field.path: field.value for field in collect(message)}
+
+
+def collector(message_type: type) -> Collector:
+    """`collect` for messages of this type; an odd message or type has no tracked fields."""
+    found = _collectors.get(message_type)
+    if found is None:
+        found = _collectors[message_type] = _generate(message_type)
+    return found
+
+
+def _nothing(message: Any) -> list[Tracked]:
+    return []
+
+
+def _generate(message_type: type) -> Collector:
+    if not is_message_type(message_type) or not trackable(message_type):
+        return _nothing
+    source = _Source(message_type)
+    namespace: dict[str, Any] = dict(source.classes)
+    namespace |= {
+        "TrackedFloat": TrackedFloat,
+        "TrackedInt": TrackedInt,
+        "Tracked": tuple.__new__,  # without the detour through NamedTuple's own __new__
+        "Cls": Tracked,
+        "deviating": _deviating,
+    }
+    name = f"<fields of {message_type.__name__}>"
+    exec(compile("\n".join(source.lines), name, "exec"), namespace)
+    return namespace["collect"]
+
+
+class _Source:
+    """Source code of a walker: all nested messages in one function, nothing called."""
+
+    def __init__(self, message_type: type) -> None:
+        self.classes: dict[str, type] = {}
+        self.variables = 0
+        self.lines = ["def collect(m):", " found = []", " try:"]
+        self.add(message_type, "m", "", 2)
+        self.lines += [" except AttributeError:", "  pass", " return found"]
+
+    def add(self, message_type: type, owner: str, prefix: str, depth: int) -> None:
+        """prefix: beginning of the path, as the inside of an f-string."""
+        indent = " " * depth
+        for member in members(message_type):
+            kind = member.type
+            if not _trackable(kind):
+                continue
+            self.variables += 1
+            value = f"v{self.variables}"
+            path = prefix + member.name
+            self.lines.append(f"{indent}{value} = {owner}.{member.slot}")
+            if isinstance(kind, BasicType):
+                tracked = "TrackedFloat" if kind.typename in FLOATS else "TrackedInt"
+                self.lines += [
+                    f"{indent}if type({value}) is {tracked}:",
+                    f"{indent} found.append("
+                    f"Tracked(Cls, ({_literal(path)}, {value}, {owner}, {member.slot!r})))",
+                ]
+            elif isinstance(kind, NamespacedType):
+                self.message(kind, value, path, depth)
+            else:
+                index, element = f"i{self.variables}", f"e{self.variables}"
+                self.lines += [
+                    f"{indent}if type({value}) is list or type({value}) is tuple:",
+                    f"{indent} for {index}, {element} in enumerate({value}):",
+                ]
+                self.message(kind.value_type, element, f"{path}[{{{index}}}]", depth + 2)
+
+    def message(self, kind: NamespacedType, value: str, path: str, depth: int) -> None:
+        nested = message_class(kind)
+        name = f"T{len(self.classes)}"
+        self.classes[name] = nested
+        indent = " " * depth
+        self.lines.append(f"{indent}if type({value}) is {name}:")
+        self.add(nested, value, path + ".", depth + 1)
+        self.lines += [f"{indent}else:", f"{indent} deviating({value}, {_literal(path)}, found)"]
+
+
+def _literal(path: str) -> str:
+    return f'f"{path}"' if "{" in path else f'"{path}"'
+
+
+def _deviating(value: Any, path: str, found: list[Tracked]) -> None:
+    """A nested message of another class, a subclass perhaps."""
+    for field in collect(value):
+        found.append(field._replace(path=f"{path}.{field.path}"))
+
+
+# ---------------------------------------------------------------- attaching
+
+
+def attach(message: Any, header: Header) -> None:
+    """Gives the fields of a received message the provenance that its header tells.
+
+    A field stays plain if its value is not the one that the header's expression has: what was
+    received counts. Expressions are made when somebody looks at them. Raises HeaderError if the
+    header is not for such a message.
+    """
+    message_type = type(message)
+    plan = header.outline.plans.get(message_type)
+    if plan is None:
+        plan = header.outline.plans[message_type] = _plan(header.outline, message_type)
+    values = header.values
+    for reach, slot, leaf, index, number, depth, single in plan:
+        try:
+            owner = message if reach is None else reach(message)
+            received = getattr(owner, slot)
+        except (AttributeError, IndexError, TypeError):
+            raise HeaderError("a field that the message does not have") from None
+        sent = values[index] if leaf is None else leaf._v
+        kind = type(received)
+        if type(sent) is not kind:
+            continue
+        if received == sent:
+            if not received and str(received) != str(sent):  # the two zeros
+                continue
+            if leaf is not None:
+                setattr(owner, slot, leaf)
+                continue
+            expand = partial(_expanded, header, number)
+        elif kind is not float:
+            continue
+        elif received != received and sent != sent:
+            expand = partial(_expanded, header, number)
+        elif single and _FLOAT32.forward(sent) == received:
+            expand = partial(_rounded, header, number)
+            depth += 1
+        else:
+            continue
+        if kind is float:
+            made: Any = TrackedFloat(received)
+            made._v = received
+            made._op = DEFERRED
+            made._a = expand
+            made._b = None
+            made._depth = depth
+        else:
+            made = TrackedInt(received)
+            made._n = (received, DEFERRED, expand, None, depth)
+        setattr(owner, slot, made)
+
+
+def _expanded(header: Header, number: int) -> tuple[Any, Any, Any]:
+    """What a deferred field stands for: operator and operands of a slot of its header."""
+    found = header.nodes()[number]
+    return found._op, found._a, found._b
+
+
+def _rounded(header: Header, number: int) -> tuple[Any, Any, Any]:
+    """The same for a float32 field, whose value was rounded on its way."""
+    return _FLOAT32, header.nodes()[number], None
+
+
+# reach (None: the message itself), slot, leaf (None: an operation), index of its value in the
+# header, number of its slot in the outline, depth, whether it is a float32
+Plan = list[tuple[Callable[[Any], Any] | None, str, Any, int, int, int, bool]]
+
+
+def _plan(outline: Outline, message_type: type) -> Plan:
+    """How to reach each field, and where its value and its leaf are in headers of this outline."""
+    places = {step[0]: index for index, step in enumerate(outline.steps)}
+    plan: Plan = []
+    for path, number in outline.fields:
+        steps, kind = _resolve(message_type, path)
+        if type(steps[-1]) is int or not isinstance(kind, BasicType) or not _trackable(kind):
+            continue  # something that later versions track
+        reach = _getter(steps[:-1]) if len(steps) > 1 else None
+        leaf = outline.slots[number]
+        index = places.get(number, -1)
+        depth = outline.steps[index][4] if leaf is None else 1
+        single = kind.typename == "float"
+        plan.append((reach, str(steps[-1]), leaf, index, number, depth, single))
+    return plan
+
+
+def _resolve(message_type: type, path: str) -> tuple[list[str | int], Any]:
+    """Attributes and indices on the way to a field, and its type. Raises HeaderError."""
+    steps: list[str | int] = []
+    kind: Any = None
+    cls: type | None = message_type
+    for token in path.split("."):
+        match = _TOKEN.fullmatch(token)
+        if match is None or cls is None:
+            raise HeaderError("not a path of a field")
+        name, index = match.groups()
+        kind = next((member.type for member in members(cls) if member.name == name), None)
+        steps.append("_" + name)
+        if index is not None and isinstance(kind, AbstractNestedType):
+            kind = kind.value_type
+            steps.append(int(index))
+        elif kind is None or index is not None:
+            raise HeaderError(f"{message_type.__name__} has no such field")
+        cls = message_class(kind) if isinstance(kind, NamespacedType) else None
+    return steps, kind
+
+
+def _getter(steps: list[str | int]) -> Callable[[Any], Any]:
+    getters: list[Callable[[Any], Any]] = []
+    for is_index, group in groupby(steps, lambda step: type(step) is int):
+        if is_index:
+            getters += [operator.itemgetter(index) for index in group]
+        else:
+            getters.append(operator.attrgetter(".".join(group)))  # type: ignore[arg-type]
+    if len(getters) == 1:
+        return getters[0]
+
+    def get(message: Any) -> Any:
+        for getter in getters:
+            message = getter(message)
+        return message
+
+    return get
+
+
+__all__ = [
+    "Tracked",
+    "attach",
+    "collect",
+    "collector",
+    "is_message_type",
+    "trackable",
+    "tracked_fields",
+]

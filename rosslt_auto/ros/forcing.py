@@ -1,0 +1,260 @@
+"""`force_value` of the paper (Section IV-A): fields of a topic's next messages get wanted values.
+
+The arithmetic behind the fields is inverted, the sources are changed in the nodes that own them,
+and the next messages have to show it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from rosslt_auto.provenance.expressions import evaluate, leaves
+from rosslt_auto.provenance.inversion import NotInvertible, invert_many, reached
+from rosslt_auto.provenance.locations import Source, SourceChangeRefused, source_of
+from rosslt_auto.provenance.values import untracked
+
+from . import paths
+from .client import Change, ChangeRefused, NoAnswer, change_of
+from .observer import HEADER_SUFFIX, Observer, TopicSubscription, TrackedMessage
+
+NO_HEADERS = 0.5
+"""Seconds after the first message when a topic without headers counts as untracked."""
+
+
+class CannotForce(Exception):
+    """A field cannot be forced; the message says why. Nothing has been changed."""
+
+
+@dataclass
+class Forced:
+    """What has come out of a `force`.
+
+    fields   by path: the target, and the value in the last message that was looked at
+    changes  what was changed, or would be in a dry run
+    reason   why it was not reached, else None
+    """
+
+    topic: str
+    dry_run: bool = False
+    reached: bool = False
+    fields: dict[str, dict[str, Any]] = field(default_factory=dict)
+    changes: list[Change] = field(default_factory=list)
+    reason: str | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """The document of contract.md."""
+        document: dict[str, Any] = {
+            "topic": self.topic,
+            "reached": self.reached,
+            "fields": self.fields,
+            "changes": [change.to_json() for change in self.changes],
+        }
+        if self.dry_run:
+            document["dry_run"] = True
+        if self.reason is not None:
+            document["reason"] = self.reason
+        return document
+
+
+@dataclass
+class Wanted:
+    """A field and its target, as the field's type holds it."""
+
+    path: str
+    kind: str
+    target: Any
+
+    def shown_by(self, value: Any) -> bool:
+        """Whether a received value is the target."""
+        tolerance = 1e-6 if self.kind == "float" else 1e-9
+        return reached(untracked(value), self.target, tolerance)
+
+
+def force(
+    observer: Observer,
+    topic: str,
+    targets: Mapping[str, Any],
+    policy: str = "left",
+    source: str | None = None,
+    dry_run: bool = False,
+    timeout: float = 5.0,
+) -> Forced:
+    """Makes fields of the next messages have the target values, together.
+
+    targets  by path: texts, parsed as the field's type, or numbers
+    policy   see `provenance.inversion.invert`; source: the only parameter that may be changed
+    timeout  seconds for the first message, and again for the one that shows the targets
+    Raises CannotObserve, CannotForce, ChangeRefused, NoAnswer: then nothing has been changed.
+    """
+    deadline = time.monotonic() + timeout
+    subscription = observer.subscribe(topic, deadline=deadline)
+    try:
+        wanted = wanted_fields(subscription.message_type, targets)
+        message = _first_tracked(observer, subscription, wanted, deadline)
+        solution = solve(message, wanted, policy, source)
+        result = Forced(subscription.topic, dry_run=dry_run)
+        result.fields = {
+            one.path: {"target": one.target, "value": untracked(message.fields[one.path])}
+            for one in wanted
+        }
+        result.changes = changes_for(message, solution)
+        if dry_run:
+            return result
+        observer.parameters.set(result.changes, timeout)
+        _verify(subscription, wanted, message, solution, result, timeout)
+        return result
+    finally:
+        observer.unsubscribe(subscription)
+
+
+def wanted_fields(message_type: Any, targets: Mapping[str, Any]) -> list[Wanted]:
+    """The targets as the fields' types hold them; raises CannotForce."""
+    wanted = []
+    try:
+        for path, text in targets.items():
+            path = paths.normal(path)
+            kind = paths.field_type(message_type, path)
+            wanted.append(Wanted(path, kind, paths.parse(kind, path, text)))
+    except paths.FieldError as error:
+        raise CannotForce(str(error)) from None
+    return wanted
+
+
+def _first_tracked(
+    observer: Observer, subscription: TopicSubscription, wanted: list[Wanted], deadline: float
+) -> TrackedMessage:
+    """The first message in which all wanted fields have provenance."""
+    topic = subscription.topic
+    first_at = None
+    while True:
+        try:
+            message = subscription.next(deadline)
+        except NoAnswer:
+            if first_at is None:
+                raise
+            raise CannotForce(_untracked(observer, topic, wanted[0].path)) from None
+        for one in wanted:
+            try:
+                paths.get(message.message, one.path)
+            except paths.FieldError as error:
+                raise CannotForce(str(error)) from None
+        missing = [one.path for one in wanted if one.path not in message.fields]
+        if not missing:
+            return message
+        first_at = first_at or time.monotonic()
+        if message.fields:
+            raise CannotForce(f"{missing[0]} has no provenance: no literal or parameter is in it")
+        if time.monotonic() - first_at > NO_HEADERS and not observer.has_headers(topic):
+            raise CannotForce(_untracked(observer, topic, missing[0]))
+
+
+def _untracked(observer: Observer, topic: str, path: str) -> str:
+    if observer.has_headers(topic):
+        return f"{path} has no provenance in the messages on {topic}"
+    return (
+        f"{topic} has no provenance: nobody publishes {topic + HEADER_SUFFIX}; "
+        "start the node with `python -m rosslt_auto run`"
+    )
+
+
+def solve(
+    message: TrackedMessage, wanted: list[Wanted], policy: str = "left", source: str | None = None
+) -> dict[Source, Any]:
+    """New values of sources that give all fields their targets together; raises CannotForce."""
+    values = [message.fields[one.path] for one in wanted]
+    if source is None and all(map(Wanted.shown_by, wanted, values)):
+        return {}
+    try:
+        found = invert_many([(v, one.target) for v, one in zip(values, wanted, strict=True)],
+                            policy=policy, source=source)  # fmt: skip
+    except NotInvertible as refusal:
+        raise CannotForce(f"{', '.join(one.path for one in wanted)}: {refusal}") from None
+    if not found.exact:
+        nearest = zip(wanted, found.values, strict=True)
+        raise CannotForce("; ".join(_nearest(one, value) for one, value in nearest))
+    return found.changes
+
+
+def _nearest(one: Wanted, value: Any) -> str:
+    return f"{one.path} cannot become {one.target!r}, the nearest that can be reached is {value!r}"
+
+
+def changes_for(message: TrackedMessage, solution: Mapping[Source, Any]) -> list[Change]:
+    """What a solution changes, with the old values that the message tells; raises CannotForce."""
+    old = {
+        source_of(leaf): untracked(leaf)
+        for value in message.fields.values()
+        for leaf in leaves(value)
+    }
+    try:
+        return [
+            change_of(source, old[source], source.check(new)) for source, new in solution.items()
+        ]
+    except (ChangeRefused, SourceChangeRefused) as refusal:
+        raise CannotForce(str(refusal)) from None
+
+
+def _verify(
+    subscription: TopicSubscription,
+    wanted: list[Wanted],
+    forced: TrackedMessage,
+    solution: Mapping[Source, Any],
+    result: Forced,
+    timeout: float,
+) -> None:
+    """Waits for the message that shows the targets; tells what came instead."""
+    deadline = time.monotonic() + timeout
+    seen = 0
+    while True:
+        try:
+            message = subscription.next(deadline)
+        except NoAnswer:
+            result.reason = _not_shown(subscription.topic, result, seen)
+            return
+        seen += 1
+        for one in wanted:
+            try:
+                value = paths.get(message.message, one.path)
+            except paths.FieldError:  # a sequence has become shorter
+                break
+            result.fields[one.path]["value"] = untracked(value)
+            if not (one.shown_by(value) or _moves(one, message, forced, solution)):
+                break
+        else:
+            result.reached = True
+            return
+
+
+def _moves(
+    one: Wanted, message: TrackedMessage, forced: TrackedMessage, solution: Mapping[Source, Any]
+) -> bool:
+    """Whether a field that moves by itself carries the change.
+
+    Then its message was computed from the new values of the sources, and would differ from the
+    forced one without them too. That the forced one's expression gives the target with them has
+    been checked.
+    """
+    value = message.fields.get(one.path)
+    if value is None:
+        return False
+    now = {source_of(leaf): untracked(leaf) for leaf in leaves(value)}
+    concerned = {s: new for s, new in solution.items() if s in now}
+    if not concerned or any(now[source] != new for source, new in concerned.items()):
+        return False
+    before = forced.fields[one.path]
+    old = {source_of(leaf): untracked(leaf) for leaf in leaves(before)}
+    try:
+        by_itself = evaluate(value, {s: old[s] for s in concerned if s in old})
+    except (ArithmeticError, ValueError):
+        return False
+    return not reached(by_itself, untracked(before))
+
+
+def _not_shown(topic: str, result: Forced, seen: int) -> str:
+    if not seen:
+        return f"changed, but no message on {topic} in time"
+    values = ", ".join(f"{path} is {entry['value']!r}" for path, entry in result.fields.items())
+    return f"changed, but no message on {topic} shows it: {values}"

@@ -1,0 +1,271 @@
+"""Publishing: messages with tracked fields are preceded by their provenance header.
+
+Join points: `Node.create_publisher`, and the publisher handle that rclpy makes there. The handle
+is what every way of publishing goes through - `Publisher.publish`, its subclasses, lifecycle
+publishers - after the message was checked, so it is replaced by a subclass with advice of its own.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import weakref
+import zlib
+from typing import Any
+
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
+from rclpy.type_support import check_for_type_support
+from std_msgs.msg import UInt8MultiArray
+
+from ..provenance import refresh
+from ..provenance.locations import Source
+from ..provenance.values import is_tracked
+from . import fields, header
+from .encoding import Encoder, folded
+from .joinpoints import JoinPoints
+
+INFRASTRUCTURE = frozenset({"/rosout", "/parameter_events", "/clock", "/rosslt/source_change"})
+"""Topics that the client library itself serves."""
+
+_MIN_DEPTH = 32
+_KEEP_ALL_DEPTH = 1000
+_SHALLOW = 32
+_LOOK_AGAIN = 32  # messages
+
+_log = logging.getLogger(__name__)
+
+_plain_handle: Any = _rclpy.Publisher
+_publish = _plain_handle.publish
+_publish_raw = _plain_handle.publish_raw
+_destroy = _plain_handle.destroy_when_not_in_use
+
+
+class _Handle(_plain_handle):
+    """rclpy's publisher handle with our advice; without `headers` it is just that."""
+
+    headers: HeaderPublisher | None = None
+
+    def publish(self, message: Any) -> None:
+        headers = self.headers
+        if headers is None:
+            _publish(self, message)
+            return
+        found = headers.collect(message)
+        if found and headers.publish(self, message, found):
+            return
+        with headers.lock:
+            _publish(self, message)
+            headers.sequence += 1
+        if found:
+            headers.plain_worked()
+
+    def publish_raw(self, message: bytes) -> None:
+        headers = self.headers
+        if headers is None:
+            _publish_raw(self, message)
+            return
+        with headers.lock:
+            _publish_raw(self, message)
+            headers.sequence += 1
+
+    def destroy_when_not_in_use(self) -> None:
+        headers, self.headers = self.headers, None
+        if headers is not None:
+            headers.destroy()
+        _destroy(self)
+
+
+_Handle.__name__ = _Handle.__qualname__ = _plain_handle.__name__
+_Handle.__module__ = _plain_handle.__module__
+
+
+class HeaderPublisher:
+    """What publishes the headers of one publisher.
+
+    collect   gives the tracked fields of a message
+    sequence  how many messages have been published
+    lock      held while a message, with its header before it, goes out; a signal handler that
+              publishes may enter it again
+    """
+
+    def __init__(self, node: Node, message_type: type, topic: str, qos: QoSProfile) -> None:
+        self._node = weakref.ref(node)
+        self._message_type = message_type
+        self.topic = topic
+        self.collect = fields.collector(message_type)
+        self.sequence = 0
+        self.lock = threading.RLock()
+        self._encoder = Encoder(self._own)
+        self._transient = qos.durability != DurabilityPolicy.VOLATILE
+        self._unheard = 0
+        self._warned: set[str] = set()
+        self._failed: Exception | None = None
+        check_for_type_support(UInt8MultiArray)
+        with node.handle:
+            self._handle = _plain_handle(
+                node.handle, UInt8MultiArray, topic + header.SUFFIX,
+                header_qos(qos).get_c_qos_profile(),
+            )  # fmt: skip
+
+    def publish(self, handle: Any, message: Any, found: list[fields.Tracked]) -> bool:
+        """Publishes a message with its header; False if it is to be published without.
+
+        Whatever goes wrong here is not the program's business: if it is the message's fault, the
+        plain way of publishing will say so.
+        """
+        try:
+            values = self._current(found)
+            if not values or not self._is_heard(values):
+                return False
+            data = _rclpy.rclpy_serialize(message, self._message_type)
+            checksum = zlib.crc32(data)
+            with self.lock:
+                payload, kept = self._encoder.encode(checksum, self.sequence + 1, values)
+                if kept:
+                    _publish_raw(self._handle, header.wrap(payload))
+                _publish_raw(handle, data)
+                self.sequence += 1
+        except Exception as error:
+            self._failed = error
+            return False
+        if kept < len(values):
+            self._warn(
+                "size",
+                f"the provenance header of {self.topic} would be too large, "
+                f"{len(values) - kept} of {len(values)} fields are left out",
+            )
+        return True
+
+    def _current(self, found: list[fields.Tracked]) -> list[tuple[str, Any]]:
+        """The tracked fields as they go out: up to date, and not too deep."""
+        values = []
+        for path, value, owner, slot in found:
+            if refresh.any_change:
+                current = refresh.refreshed(value)
+                if current is not value:
+                    setattr(owner, slot, current)
+                    value = current
+                if not is_tracked(value):
+                    continue
+            values.append((path, folded(value)))
+        return values
+
+    def _is_heard(self, values: list[tuple[str, Any]]) -> bool:
+        """Whether anybody reads headers, or may do so later.
+
+        If not, sources are made known all the same; large expressions are not searched for them
+        every time.
+        """
+        if self._transient or self._handle.get_subscription_count():
+            return True
+        self._unheard += 1
+        if self._unheard % _LOOK_AGAIN == 1 or all(v._depth <= _SHALLOW for _, v in values):
+            with self.lock:
+                self._encoder.look(values)
+        return False
+
+    def _own(self, source: Source) -> None:
+        from . import parameters
+
+        node = self._node()
+        if node is not None:
+            parameters.own(node, source)
+
+    def plain_worked(self) -> None:
+        """Called when a message has gone out plain: if there was an error, it was ours."""
+        error, self._failed = self._failed, None
+        if error is not None:
+            self._warn("error", f"no provenance for a message on {self.topic}: {error!r}")
+
+    def _warn(self, kind: str, text: str) -> None:
+        if kind not in self._warned:
+            self._warned.add(kind)
+            _log.warning(text)
+
+    def destroy(self) -> None:
+        """Ends the header topic."""
+        self._handle.destroy_when_not_in_use()
+
+
+def header_qos(qos: QoSProfile) -> QoSProfile:
+    """The quality of service of the header topic of a topic that has `qos`.
+
+    A header lost is provenance lost, so it is reliable in any case. Its queue is a little longer:
+    the next header may arrive before the message of this one is taken.
+    """
+    if qos.history == HistoryPolicy.KEEP_ALL:
+        depth = _KEEP_ALL_DEPTH
+    else:
+        depth = max(2 * qos.depth, _MIN_DEPTH)
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=qos.durability,
+    )
+
+
+def has_headers(message_type: type, topic: str) -> bool:
+    """Whether there is a header topic beside a topic (given by its resolved name)."""
+    return (
+        topic not in INFRASTRUCTURE
+        and not topic_or_service_is_hidden(topic)
+        and fields.is_message_type(message_type)
+        and fields.trackable(message_type)
+    )
+
+
+# ---------------------------------------------------------------- weaving
+
+_join_points = JoinPoints()
+_connected: weakref.WeakSet[_Handle] = weakref.WeakSet()
+
+
+def _create_advice(wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
+    publisher = wrapped(*args, **kwargs)
+    try:
+        _connect(node, publisher)
+    except Exception as error:
+        _log.warning("no provenance on %s: %r", publisher.topic, error)
+    return publisher
+
+
+def _connect(node: Node, publisher: Any) -> None:
+    header.local_nodes.add(node.get_fully_qualified_name())
+    handle = publisher.handle
+    if type(handle) is not _Handle:
+        return
+    topic = handle.get_topic_name()
+    if has_headers(publisher.msg_type, topic):
+        handle.headers = HeaderPublisher(node, publisher.msg_type, topic, publisher.qos_profile)
+        _connected.add(handle)
+
+
+def install() -> None:
+    """Weaves the advice in; publishers made before stay plain."""
+    if not _join_points:
+        _join_points.advise(Node, "create_publisher", _create_advice)
+        _rclpy.Publisher = _Handle
+
+
+def uninstall() -> None:
+    """Takes the advice off; publishers that were made in between become plain."""
+    _join_points.restore()
+    if _rclpy.Publisher is _Handle:
+        _rclpy.Publisher = _plain_handle
+    for handle in list(_connected):
+        headers, handle.headers = handle.headers, None
+        if headers is not None:
+            headers.destroy()
+
+
+__all__ = [
+    "HeaderPublisher",
+    "has_headers",
+    "header_qos",
+    "install",
+    "uninstall",
+]

@@ -1,0 +1,302 @@
+"""Subscribing: fields of received messages get the provenance that came in a header.
+
+Join points: `Node.create_subscription`, and the subscription handle that rclpy makes there. Every
+executor, `wait_for_message` and whoever polls by hand take messages from that handle, so it is
+replaced by a subclass with advice of its own: what is taken is what would have been taken, with
+tracked values in it.
+
+`Headers` alone serves whoever subscribes raw.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+import weakref
+import zlib
+from collections import deque
+from typing import Any
+
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.type_support import check_for_type_support
+from std_msgs.msg import UInt8MultiArray
+
+from . import fields, header
+from .header import Header, HeaderError
+from .joinpoints import JoinPoints
+from .publishing import has_headers, header_qos
+
+PATIENCE = 0.001
+"""Seconds that a message waits for a header that is late."""
+
+_MAX_BYTES = 8 << 20
+_STEP = 50e-6
+_MAX_DISAPPOINTMENTS = 4
+
+_log = logging.getLogger(__name__)
+
+_plain_handle: Any = _rclpy.Subscription
+_take = _plain_handle.take_message
+_destroy = _plain_handle.destroy_when_not_in_use
+_publisher_count = _plain_handle.get_publisher_count
+_deserialise = _rclpy.rclpy_deserialize
+
+
+class _Handle(_plain_handle):
+    """rclpy's subscription handle with our advice; without `headers` it is just that."""
+
+    headers: Headers | None = None
+
+    def take_message(self, message_type: type, raw: bool) -> Any:
+        headers = self.headers
+        if headers is None or not headers.expected():
+            return _take(self, message_type, raw)
+        taken = _take(self, message_type, True)
+        if taken is None:
+            return None
+        data, info = taken
+        found = headers.match(data, info)
+        if raw:
+            return taken
+        try:
+            message = _deserialise(data, message_type)
+        except _rclpy.RMWError:
+            return None  # plain, rcl_take does not even return what cannot be deserialised
+        if found is not None:
+            headers.attach(message, found)
+        return message, info
+
+    def destroy_when_not_in_use(self) -> None:
+        headers, self.headers = self.headers, None
+        if headers is not None:
+            headers.destroy()
+        _destroy(self)
+
+
+_Handle.__name__ = _Handle.__qualname__ = _plain_handle.__name__
+_Handle.__module__ = _plain_handle.__module__
+
+
+class Headers:
+    """The header topic beside a topic, and the headers whose messages have not come yet.
+
+    matched    how many messages have got their header
+    malformed  how many headers could not be used
+    """
+
+    def __init__(self, node: Node, topic: str, qos: QoSProfile) -> None:
+        """topic is the resolved name of the topic, qos the subscription's quality of service."""
+        self.topic = topic
+        self.matched = 0
+        self.malformed = 0
+        profile = header_qos(qos)
+        self._limit = 2 * profile.depth
+        self._next: Header | None = None  # just read: most probably that of the next message
+        self._waiting: dict[int, list[Header]] = {}  # by checksum
+        self._count = 0
+        self._bytes = 0
+        self._seen = False
+        self._misses = 0  # messages without header, one after another
+        self._disappointments = 0
+        self._without: deque[int] = deque(maxlen=16)  # checksums of messages that had no header
+        self._warned = False
+        self._lock = threading.RLock()
+        check_for_type_support(UInt8MultiArray)
+        with node.handle:
+            self._handle = _plain_handle(
+                node.handle, UInt8MultiArray, topic + header.SUFFIX, profile.get_c_qos_profile()
+            )
+
+    def expected(self) -> bool:
+        """Whether the next message may have a header; if not, nothing has to be matched."""
+        if self._next is not None or self._waiting:
+            return True
+        try:
+            with self._lock:
+                self._next = self._read()
+                return self._next is not None or _publisher_count(self._handle) > 0
+        except Exception:  # destroyed by another thread, the context shut down
+            return False
+
+    def match(self, data: bytes, info: Any) -> Header | None:
+        """The header of a message.
+
+        data  the serialised message
+        info  its message info, a mapping with the publication sequence number
+        """
+        try:
+            checksum = zlib.crc32(data)
+            sequence = info["publication_sequence_number"]
+            with self._lock:
+                found, self._next = self._next, None
+                if found is None or found.checksum != checksum or found.sequence != sequence:
+                    if found is not None:
+                        self._keep(found)
+                    found = self._search(checksum, sequence)
+                if found is None:
+                    self._without.append(checksum)
+                    self._misses += 1
+                    if self._misses > self._limit:  # what waits has lost its message
+                        self._forget()
+                else:
+                    self.matched += 1
+                    self._misses = 0
+            return found
+        except Exception as error:  # never the program's business
+            self._warn(repr(error))
+            return None
+
+    def attach(self, message: Any, found: Header) -> None:
+        """`fields.attach`, for which a header may turn out to be malformed."""
+        try:
+            fields.attach(message, found)
+        except HeaderError as error:
+            self._refuse(error)
+
+    def _search(self, checksum: int, sequence: int | None) -> Header | None:
+        found = self._take(checksum, sequence, exactly=True)
+        if found is None:
+            self._read_all()
+            found = self._take(checksum, sequence)
+        if found is None and self._worth_waiting():
+            end = time.monotonic() + PATIENCE
+            while found is None and time.monotonic() < end:
+                time.sleep(_STEP)
+                self._read_all()
+                found = self._take(checksum, sequence)
+            self._disappointments = 0 if found is not None else self._disappointments + 1
+        return found
+
+    def _worth_waiting(self) -> bool:
+        """Headers come first, so one that is missing is hardly ever late."""
+        return (
+            self._seen
+            and self._disappointments < _MAX_DISAPPOINTMENTS
+            and _publisher_count(self._handle) > 0
+        )
+
+    def _take(self, checksum: int, sequence: int | None, exactly: bool = False) -> Header | None:
+        """The waiting header of a message.
+
+        The sequence number tells equal messages apart, but not every middleware has it.
+        """
+        candidates = self._waiting.get(checksum)
+        if not candidates:
+            return None
+        for found in candidates:
+            if found.sequence == sequence:
+                break
+        else:
+            if exactly:
+                return None
+            found = candidates[0]
+        self._remove(checksum, candidates, found)
+        return found
+
+    def _read(self) -> Header | None:
+        """The next header in the queue, None if there is none."""
+        for _ in range(self._limit):
+            taken = _take(self._handle, UInt8MultiArray, True)
+            if taken is None:
+                return None
+            self._seen = True
+            try:
+                found = header.decode(header.unwrap(taken[0]))
+            except HeaderError as error:
+                self._refuse(error)
+                continue
+            if self._without and found.checksum in self._without:
+                self._disappointments = 0  # it was late: waiting would have helped
+            return found
+        return None
+
+    def _read_all(self) -> None:
+        for _ in range(self._limit):
+            found = self._read()
+            if found is None:
+                return
+            self._keep(found)
+
+    def _keep(self, found: Header) -> None:
+        self._waiting.setdefault(found.checksum, []).append(found)
+        self._count += 1
+        self._bytes += found.size
+        while self._count > self._limit or self._bytes > _MAX_BYTES:
+            checksum = next(iter(self._waiting))
+            candidates = self._waiting[checksum]
+            self._remove(checksum, candidates, candidates[0])
+
+    def _remove(self, checksum: int, candidates: list[Header], found: Header) -> None:
+        candidates.remove(found)
+        if not candidates:
+            del self._waiting[checksum]
+        self._count -= 1
+        self._bytes -= found.size
+
+    def _forget(self) -> None:
+        self._waiting.clear()
+        self._count = self._bytes = self._misses = 0
+
+    def _refuse(self, error: HeaderError) -> None:
+        self.malformed += 1
+        self._warn(f"malformed, {error}")
+
+    def _warn(self, reason: str) -> None:
+        if not self._warned:
+            self._warned = True
+            _log.warning("a provenance header on %s is ignored: %s", self.topic, reason)
+
+    def destroy(self) -> None:
+        """Ends the subscription of the header topic."""
+        self._handle.destroy_when_not_in_use()
+        with self._lock:
+            self._forget()
+
+
+# ---------------------------------------------------------------- weaving
+
+_join_points = JoinPoints()
+_connected: weakref.WeakSet[_Handle] = weakref.WeakSet()
+
+
+def _create_advice(wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
+    subscription = wrapped(*args, **kwargs)
+    try:
+        _connect(node, subscription)
+    except Exception as error:
+        _log.warning("no provenance on %s: %r", subscription.topic, error)
+    return subscription
+
+
+def _connect(node: Node, subscription: Any) -> None:
+    handle = subscription.handle
+    if type(handle) is not _Handle:
+        return
+    topic = handle.get_topic_name()
+    if has_headers(subscription.msg_type, topic):
+        handle.headers = Headers(node, topic, subscription.qos_profile)
+        _connected.add(handle)
+
+
+def install() -> None:
+    """Weaves the advice in; subscriptions made before stay plain."""
+    if not _join_points:
+        _join_points.advise(Node, "create_subscription", _create_advice)
+        _rclpy.Subscription = _Handle
+
+
+def uninstall() -> None:
+    """Takes the advice off; subscriptions that were made in between become plain."""
+    _join_points.restore()
+    if _rclpy.Subscription is _Handle:
+        _rclpy.Subscription = _plain_handle
+    for handle in list(_connected):
+        headers, handle.headers = handle.headers, None
+        if headers is not None:
+            headers.destroy()
+
+
+__all__ = ["Headers", "install", "uninstall"]
