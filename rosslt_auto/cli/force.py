@@ -1,0 +1,89 @@
+"""``force``: fields of a topic's messages get new values where they come from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from . import Failure, need_ros, options, say, show
+
+POLICIES = ("left", "least-change")
+
+
+def main(words: Sequence[str]) -> int:
+    """Forces the fields; status 0 when a message has shown it."""
+    parser = options.parser(
+        "force",
+        "Makes fields of the next messages have these values by changing their sources, together.",
+    )
+    parser.add_argument("topic", metavar="TOPIC")
+    parser.add_argument("targets", metavar="PATH=VALUE", nargs="+", help="such as data=14")
+    parser.add_argument(
+        "--policy", choices=POLICIES, default="left", help="which sources to change (default: left)"
+    )
+    parser.add_argument("--source", metavar="PARAMETER", help="change only this one")
+    parser.add_argument("--dry-run", action="store_true", help="only say what would change")
+    options.add_timeout(parser, 5.0, "seconds to wait for a message (default: 5)")
+    options.add_json(parser)
+    arguments = parser.parse_args(words)
+    targets: dict[str, str] = {}
+    for target in arguments.targets:
+        path, equals, value = target.partition("=")
+        if not (path and equals and value):
+            parser.error(f"{target!r} is not PATH=VALUE")
+        if path in targets:
+            parser.error(f"{path} is given twice")
+        targets[path] = value
+    need_ros()
+    return _force(arguments, targets)
+
+
+def _force(arguments: Any, targets: dict[str, str]) -> int:
+    from rosslt_auto.ros.client import ChangeRefused, NoAnswer
+    from rosslt_auto.ros.forcing import CannotForce, Forced, force
+    from rosslt_auto.ros.observer import CannotObserve, Observer
+
+    with Observer("force") as observer:
+        try:
+            result = force(
+                observer,
+                arguments.topic,
+                targets,
+                policy=arguments.policy,
+                source=arguments.source,
+                dry_run=arguments.dry_run,
+                timeout=arguments.timeout,
+            )
+        except (CannotObserve, CannotForce, ChangeRefused, NoAnswer) as error:
+            if not arguments.json:
+                raise Failure(str(error)) from None
+            result = Forced(arguments.topic, arguments.dry_run, reason=str(error))
+    if arguments.json:
+        show.print_json(result.to_json())
+    else:
+        _print(result)
+    if result.reason is not None:
+        say(result.reason)
+        return 1
+    return 0
+
+
+def _print(result: Any) -> None:
+    from rich.text import Text
+
+    console = show.console()
+    verb = "would change" if result.dry_run else "changed"
+    if not result.changes:
+        console.print("nothing to change")
+    for change in result.changes:
+        console.print(
+            Text.assemble(
+                f"{verb} ", (change.parameter, "green"), (f" of {change.node}", "dim"),
+                f": {change.old!r} -> ", (repr(change.new), "bold"),
+            )
+        )  # fmt: skip
+    if result.reached:
+        for path, entry in result.fields.items():
+            console.print(
+                Text.assemble(result.topic, "  ", (path, "cyan"), f" = {entry['value']!r}")
+            )

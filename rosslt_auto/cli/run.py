@@ -1,0 +1,116 @@
+"""``run``: a program as python would run it, with provenance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+
+@dataclass
+class Command:
+    """A parsed command line of `run`.
+
+    target     the script, or with `as_module` the module
+    arguments  what belongs to the program
+    """
+
+    target: str | None = None
+    as_module: bool = False
+    arguments: list[str] = field(default_factory=list)
+    modules: list[str] = field(default_factory=list)
+    excluded: list[str] = field(default_factory=list)
+    read_only: bool = False
+
+
+class _Usage(Exception):
+    pass
+
+
+def main(words: Sequence[str]) -> int:
+    """Runs the program; returns its exit status, or leaves as the program leaves."""
+    try:
+        command = parse(words)
+    except _Usage as mistake:
+        _parser().error(str(mistake))
+    if command is None:
+        _parser().print_help()
+        return 0
+    assert command.target is not None
+
+    from rosslt_auto.instrument import runner
+    from rosslt_auto.instrument.selection import Selection
+    from rosslt_auto.ros import weave
+
+    weave.prepare(command.arguments, read_only=command.read_only)
+    return runner.run(
+        command.target,
+        command.arguments,
+        as_module=command.as_module,
+        selection=Selection(patterns=command.modules, excludes=command.excluded),
+    )
+
+
+def parse(words: Sequence[str]) -> Command | None:
+    """The command; None if help is asked for. Raises for wrong usage.
+
+    By hand, and without argparse: everything behind the script or module belongs to the program,
+    options, ``--`` and all, and starting should take no time.
+    """
+    command = Command()
+    rest = list(words)
+    while rest:
+        word = rest.pop(0)
+        option, equals, value = word.partition("=")
+        if word in ("-h", "--help"):
+            return None
+        if word == "--read-only":
+            command.read_only = True
+        elif option in ("--module", "--exclude"):
+            if not equals:
+                if not rest:
+                    raise _Usage(f"argument {option}: expected a pattern")
+                value = rest.pop(0)
+            (command.modules if option == "--module" else command.excluded).append(value)
+        elif word == "-m" or (word.startswith("-m") and not word.startswith("--")):
+            command.as_module = True
+            command.target = word[2:] or (rest.pop(0) if rest else None)
+            break
+        elif word == "--":
+            command.target = rest.pop(0) if rest else None
+            break
+        elif word.startswith("-") and word != "-":
+            raise _Usage(f"unrecognized option: {word}")
+        else:
+            command.target = word
+            break
+    if not command.target:
+        raise _Usage("a script or -m MODULE is required")
+    command.arguments = rest
+    return command
+
+
+def _parser():  # type: ignore[no-untyped-def]
+    import argparse
+
+    from .options import parser
+
+    made = parser("run", "Runs a program as python would, and tracks where its numbers come from.")
+    made.usage = (
+        "%(prog)s [--module PATTERN]... [--exclude PATTERN]... [--read-only] "
+        "(SCRIPT | -m MODULE) [ARG...]"
+    )
+    made.add_argument(
+        "--module", action="append", metavar="PATTERN",
+        help="track modules of this name too (* and ? as in file names)",
+    )  # fmt: skip
+    made.add_argument("--exclude", action="append", metavar="PATTERN", help="leave these alone")
+    made.add_argument(
+        "--read-only", action="store_true", help="provenance, but nobody can change anything"
+    )
+    made.add_argument("-m", metavar="MODULE", help="run a module, as python -m does")
+    made.add_argument("script", metavar="SCRIPT", nargs="?", help="run a script")
+    made.add_argument(
+        "arguments", metavar="ARG", nargs=argparse.REMAINDER,
+        help="everything behind the script or module belongs to the program",
+    )  # fmt: skip
+    return made
