@@ -1,0 +1,1 @@
+"""Measurements: ``python -m benchmarks.table1`` and its neighbours print tables."""

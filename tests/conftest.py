@@ -1,0 +1,60 @@
+"""Fixtures of all tests."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from support.domains import reserved_domain
+
+if TYPE_CHECKING:  # imported where it is needed: most tests do without ROS
+    from support.observer import Observer
+
+# For the observer in this process too: nothing leaves the machine.
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+# A sourced ROS or a run under `ros2 launch` may have set these; the tests say when they want them.
+for _name in ("ROS_PYTHON_CHECK_FIELDS", "ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY", "ROS_NAMESPACE"):
+    os.environ.pop(_name, None)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _ros_logs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Log files of the nodes go where pytest cleans up."""
+    folder = tmp_path_factory.mktemp("ros_logs")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_LOG_DIR", str(folder))
+        yield folder
+
+
+@pytest.fixture(scope="module")
+def domain() -> Iterator[int]:
+    """A ROS domain for the tests of a module that share their processes."""
+    with reserved_domain() as number:
+        yield number
+
+
+@pytest.fixture(scope="module")
+def observer(domain: int) -> Iterator["Observer"]:
+    """An uninstrumented node in the module's domain."""
+    from support.observer import Observer
+
+    with Observer(domain) as node:
+        yield node
+
+
+@pytest.fixture
+def own_domain() -> Iterator[int]:
+    """A ROS domain for one test alone."""
+    with reserved_domain() as number:
+        yield number
+
+
+@pytest.fixture
+def own_observer(own_domain: int) -> Iterator["Observer"]:
+    """An uninstrumented node in the test's own domain."""
+    from support.observer import Observer
+
+    with Observer(own_domain) as node:
+        yield node
