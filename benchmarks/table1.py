@@ -76,7 +76,7 @@ def rows(symbols: str, start: Any, seconds: float) -> list[list[str]]:
     return found
 
 
-COLUMNS = ["", "µs", "µs/op", "best µs/op", "× plain", "paper µs", "paper µs/op"]
+COLUMNS = ["", "µs", "µs/op", "best µs/op", "ratio to plain", "paper µs", "paper µs/op"]
 
 
 def main(seconds: float = 1.0) -> None:

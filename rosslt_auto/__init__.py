@@ -14,8 +14,14 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from .provenance import provenance as provenance
     from .provenance import untracked as untracked
+    from .provenance.external import create_location as create_location
+    from .ros.operations import force_value as force_value
+    from .ros.operations import reevaluate as reevaluate
 
 _WHERE = {
+    "create_location": ".provenance.external",
+    "force_value": ".ros.operations",
+    "reevaluate": ".ros.operations",
     "provenance": ".provenance",  # the package itself, which can be called
     "untracked": ".provenance",
 }

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import pytest
 
 from support.domains import reserved_domain
+from support.process import NETWORK
 
 if TYPE_CHECKING:  # imported where it is needed: most tests do without ROS
     from support.observer import Observer
 
-# For the observer in this process too: nothing leaves the machine.
-os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+os.environ.update(NETWORK)  # for the observer in this process too
 # A sourced ROS or a run under `ros2 launch` may have set these; the tests say when they want them.
 for _name in ("ROS_PYTHON_CHECK_FIELDS", "ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY", "ROS_NAMESPACE"):
     os.environ.pop(_name, None)

@@ -1,4 +1,4 @@
-"""The command line; contract.md says what it promises. Each verb is a module, imported when used."""
+"""The command line. Each verb is a module, imported when it is used."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ VERBS = {
     "echo": "print messages and where their fields come from",
     "force": "give fields of messages new values by changing their sources",
     "locations": "list what can be changed now",
+    "view": "see messages in the browser and drag what can be changed",
+    "markers": "the same for RViz, as interactive markers",
+    "demo": "show the main job on two sample nodes",
 }
 
 PROGRAM = "python -m rosslt_auto"

@@ -84,6 +84,10 @@ def _print(result: Any) -> None:
         )  # fmt: skip
     if result.reached:
         for path, entry in result.fields.items():
+            moving = f"  (moves by itself, was to be {entry['target']!r})"
             console.print(
-                Text.assemble(result.topic, "  ", (path, "cyan"), f" = {entry['value']!r}")
-            )
+                Text.assemble(
+                    result.topic, "  ", (path, "cyan"), f" = {entry['value']!r}",
+                    (moving if entry.get("moving") else "", "dim"),
+                )
+            )  # fmt: skip

@@ -17,7 +17,7 @@ def main(words: Sequence[str]) -> int:
     """Prints the locations that nodes own: literals that have reached a message."""
     parser = options.parser("locations", "Lists what can be changed now.")
     parser.add_argument("node", metavar="NODE", nargs="?", help="only of this node")
-    options.add_timeout(parser, 3.0, "seconds to look for nodes (default: 3)")
+    options.add_timeout(parser, 5.0, "seconds to look for nodes (default: 5)")
     options.add_json(parser)
     arguments = parser.parse_args(words)
     need_ros()

@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from . import NO_ROS, say
+
+if TYPE_CHECKING:
+    import argparse
 
 
 @dataclass
@@ -42,12 +49,21 @@ def main(words: Sequence[str]) -> int:
     from rosslt_auto.ros import weave
 
     weave.prepare(command.arguments, read_only=command.read_only)
-    return runner.run(
+    status = runner.run(
         command.target,
         command.arguments,
         as_module=command.as_module,
         selection=Selection(patterns=command.modules, excludes=command.excluded),
     )
+    if status:
+        _explain(getattr(sys, "last_value", None))
+    return status
+
+
+def _explain(error: BaseException | None) -> None:
+    """After the traceback of a program that has not found ROS: how to get it."""
+    if isinstance(error, ModuleNotFoundError) and error.name == "rclpy":
+        say(NO_ROS.format(error))
 
 
 def parse(words: Sequence[str]) -> Command | None:
@@ -89,7 +105,7 @@ def parse(words: Sequence[str]) -> Command | None:
     return command
 
 
-def _parser():  # type: ignore[no-untyped-def]
+def _parser() -> argparse.ArgumentParser:
     import argparse
 
     from .options import parser

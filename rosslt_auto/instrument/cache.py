@@ -21,7 +21,10 @@ FORMAT = 1
 """Changes with the layout of entries; changes of the rewriter are noticed by themselves."""
 
 _CHECKED_HASH = (0b11).to_bytes(4, "little")  # PEP 552: flags of a checked hash-based pyc
-_ENGINE_FILES = ("plain.py", "naming.py", "call_sites.py", "rewriter.py", "calls.py")
+_ENGINE_FILES = tuple(
+    f"{name}.py"
+    for name in ("plain", "naming", "call_sites", "walk", "statements", "expressions", "rewriter")
+)
 
 
 class Entry(NamedTuple):

@@ -9,6 +9,7 @@ called at once.
 from __future__ import annotations
 
 import builtins
+import itertools
 import math
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -126,18 +127,24 @@ def _int(x: Any, /) -> Any:
     return node(int(x._v), OPERATORS["int"], x, None, x._depth + 1)
 
 
-@unseen
-def _any_float(*args: Any, **keywords: Any) -> Any:
-    if len(args) == 1 and not keywords and is_tracked(args[0]):
-        return _float(args[0])
-    return float(*args, **keywords)
+def _exactly(count: int, tracked: Function, plain: Function) -> Function:
+    """`tracked` for calls with so many positional arguments, else the plain function."""
+
+    @unseen
+    def call(*args: Any, **keywords: Any) -> Any:
+        if len(args) == count and not keywords:
+            return tracked(*args)
+        return plain(*args, **keywords)
+
+    return call
 
 
-@unseen
-def _any_int(*args: Any, **keywords: Any) -> Any:
-    if len(args) == 1 and not keywords and is_tracked(args[0]):
-        return _int(args[0])
-    return int(*args, **keywords)
+def _converted(tracked: Function, plain: type) -> Function:
+    @unseen
+    def call(x: Any, /) -> Any:
+        return tracked(x) if is_tracked(x) else plain(x)
+
+    return call
 
 
 def _watched(items: Any, seen: list[Any]) -> Any:
@@ -155,29 +162,28 @@ def _watched(items: Any, seen: list[Any]) -> Any:
 @unseen
 def _sum(items: Any, /, start: Any = 0) -> Any:
     """`sum` of plain operands: of floats it is compensated since 3.12, of a subclass it is not."""
-    if type(items) in (list, tuple):
-        value = sum(items, start)  # an operand that is tracked makes the result tracked
-        if not is_tracked(value) or not all(map(_is_number, items)):
-            return value
-        value = sum(map(untracked, items), untracked(start))
-        return record(OPERATORS["sum"], value, start, *items)
-    seen: list[Any] = []
-    value = sum(_watched(items, seen), untracked(start))
-    if is_tracked(start) or any(map(is_tracked, seen)):
-        return record(OPERATORS["sum"], value, start, *seen)
-    return value
+    again = items
+    if type(items) not in (list, tuple):
+        items, again = itertools.tee(items)  # looked at once, when the plain function looks
+    value = sum(items, start)
+    if not is_tracked(value):
+        return value  # with an operand that is tracked, the result is
+    operands = (start, *again)
+    if len(operands) == 1 or not all(map(_is_number, operands)):
+        return value
+    value = sum(map(untracked, operands[1:]), untracked(start))
+    return record(OPERATORS["sum"], value, *operands)
 
 
 @unseen
 def _any_sum(*args: Any, **keywords: Any) -> Any:
-    if len(args) == 1 and keywords.keys() == {"start"}:
-        return _sum(args[0], keywords["start"])
+    if 1 <= len(args) + len(keywords) <= 2 and args and keywords.keys() <= {"start"}:
+        return _sum(*args, **keywords)
     return sum(*args, **keywords)
 
 
 def _is_number(item: Any) -> bool:
-    kind = type(item)
-    return kind is float or kind is int or kind is TrackedFloat or kind is TrackedInt
+    return is_tracked(item) or type(item) in (float, int, bool)
 
 
 @unseen
@@ -231,11 +237,15 @@ def _fill_tables() -> None:
         _any[id(plain)] = _variadic(plain, op, arities)
     _one.update({id(float): _float, id(int): _int, id(type): _plain_type})
     _two.update({id(sum): _sum, id(math.dist): _dist})
-    if hasattr(math, "sumprod"):
-        _two[id(math.sumprod)] = _sumprod
-        _any[id(math.sumprod)] = _sumprod
-    _any.update({id(float): _any_float, id(int): _any_int, id(sum): _any_sum})
-    _any.update({id(math.fsum): _fsum, id(math.dist): _dist})
+    _any[id(sum)] = _any_sum
+    for plain, tracked in ((float, _float), (int, _int)):
+        _any[id(plain)] = _exactly(1, _converted(tracked, plain), plain)
+    _any[id(math.fsum)] = _exactly(1, _fsum, math.fsum)
+    _any[id(math.dist)] = _exactly(2, _dist, math.dist)
+    sumprod = getattr(math, "sumprod", None)  # new in 3.12
+    if sumprod is not None:
+        _two[id(sumprod)] = _sumprod
+        _any[id(sumprod)] = _exactly(2, _sumprod, sumprod)
 
 
 _fill_tables()

@@ -7,8 +7,10 @@ frame that is still being set up stays out of sight. A function whose instructio
 any RESUME is therefore never seen: not in tracebacks, not by ``sys._getframe`` and all that builds
 on it (stack levels of warnings, `inspect.stack`), and from 3.12 on not by tracers and profilers.
 
-3.11's profilers do see a return for every call they saw, so there a RESUME is executed, but one
-that stands behind everything else.
+3.11's tracers are told of a return for every call, so there a RESUME is executed, but one that
+stands behind everything else. From 3.12 on a tracer (``sys.settrace``) is told of an exception
+that leaves such a function as if it left the caller: with a tracer active from the start, as under
+coverage or a debugger, functions stay visible.
 """
 
 from __future__ import annotations
@@ -91,13 +93,13 @@ def _works() -> bool:
     return False
 
 
-_AVAILABLE = _works()
+_AVAILABLE = _works() and (sys.version_info < (3, 12) or sys.gettrace() is None)
 
 
 def unseen(function: F) -> F:
     """Decorator: the frames of `function` (no generator) are not seen any more.
 
-    Does nothing on interpreters where it would not work.
+    Does nothing where that would not work.
     """
     if _AVAILABLE and isinstance(function, FunctionType) and _is_seen(function.__code__):
         function.__code__ = _never_complete(function.__code__)

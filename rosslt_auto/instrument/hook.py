@@ -12,9 +12,9 @@ from __future__ import annotations
 import builtins
 import functools
 import marshal
+import sys
 import zipimport
 from collections.abc import Callable
-from importlib.abc import InspectLoader
 from importlib.machinery import SourceFileLoader
 from types import CodeType
 from typing import Any
@@ -28,7 +28,6 @@ from .frames import unseen
 from .selection import Selection
 
 _SourceLoader = next(cls for cls in SourceFileLoader.__mro__ if "get_code" in vars(cls))
-_PLAIN_COMPILERS = (vars(_SourceLoader)["source_to_code"], InspectLoader.source_to_code)
 
 _selections: list[Selection] = []
 _originals: dict[type, Any] = {}
@@ -134,15 +133,22 @@ def _advice(loader: Any, fullname: str | None = None) -> CodeType | None:
         if not any(selection.selects(name, path) for selection in _selections):
             return None
         source = loader.get_data(path)
-        compiler = getattr(type(loader), "source_to_code", None)
         if isinstance(loader, zipimport.zipimporter):
             if not path.endswith(".py"):
                 return None
             return instrumented_or_none(name, path, source, cached=False)
-        if compiler in _PLAIN_COMPILERS:
+        if _compiles_plainly(type(loader)):
             return instrumented_or_none(name, path, source)
         return instrumented_or_none(
             name, path, source, cached=False, compiler=loader.source_to_code
         )
     except Exception:
         return None  # whatever it is, the plain function meets it again
+
+
+def _compiles_plainly(loader: type) -> bool:
+    compiler = getattr(loader, "source_to_code", None)
+    if compiler is vars(_SourceLoader)["source_to_code"]:
+        return True
+    abc = sys.modules.get("importlib.abc")  # takes long to import, and most do without
+    return abc is not None and compiler is abc.InspectLoader.source_to_code

@@ -13,14 +13,12 @@ import io
 import marshal
 import os
 import sys
-import traceback
 from collections.abc import Callable, Sequence
 from importlib.machinery import BYTECODE_SUFFIXES, SourceFileLoader, SourcelessFileLoader
 from types import CodeType, ModuleType, TracebackType
 from typing import Any
 
 from . import hook
-from .console_scripts import wrapped_package
 from .selection import Selection, is_installed, is_stdlib
 
 _kept: list[Any] = []  # our own __main__ must outlive its entry in sys.modules
@@ -40,7 +38,7 @@ def run_script(path: str, args: Sequence[str], selection: Selection) -> int:
     """Runs the script, folder or zip file at `path`; see `run`."""
     sys.argv = [path, *args]
     if _has_main_inside(path):
-        _set_first_path(path, always=True)
+        _set_first_path(_absolute(path), always=True)
         hook.install(selection.with_folder(os.path.realpath(path)))
         _new_main()
         return _execute(lambda: _run_module_as_main("__main__", alter_argv=False))
@@ -52,9 +50,12 @@ def run_script(path: str, args: Sequence[str], selection: Selection) -> int:
     _set_first_path(os.path.dirname(os.path.realpath(path)))
     file_name = _absolute(path)
     selection = selection.with_script(path)
-    package = wrapped_package(content)
-    if package is not None:
-        selection = selection.with_package(package)
+    if not path.endswith(".py"):
+        from .console_scripts import wrapped_package
+
+        package = wrapped_package(content)
+        if package is not None:
+            selection = selection.with_package(package)
     hook.install(selection)
     main = _new_main()
     main.__file__ = file_name
@@ -125,7 +126,7 @@ def _absolute(path: str) -> str:
     """As CPython makes a script's path absolute: not normalised."""
     if os.path.isabs(path):
         return path
-    return os.path.join(os.getcwd(), path.removeprefix("./"))
+    return os.path.join(os.getcwd(), path)
 
 
 def _cannot_open(path: str, error: OSError) -> int:
@@ -196,6 +197,8 @@ def _show(error: BaseException) -> None:
         second.__context__ = None
         in_hook = second.__traceback__
         second.__traceback__ = in_hook.tb_next if in_hook else None
+        import traceback
+
         print("Error in sys.excepthook:", file=sys.stderr)
         traceback.print_exception(second)
         print("\nOriginal exception was:", file=sys.stderr)

@@ -10,14 +10,15 @@ from __future__ import annotations
 import functools
 import logging
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
+from .elements import adapted
 from .folding import fold
 from .operators import LITERAL, OPERATORS, SOURCE
-from .values import deferred, is_tracked, node, record, settle, untracked
+from .values import deferred, is_tracked, record, settle, untracked
 
 MAX_DEPTH = 64
 """Array operations on top of each other; a longer history is folded, element by element."""
@@ -30,6 +31,8 @@ CHAINED_TERMS = 16
 
 _log = logging.getLogger(__name__)
 _SAME = OPERATORS["same"]
+
+_tobytes = np.ndarray.tobytes
 
 Build = Callable[..., Any]
 """Given the plain value of an element and its operands, makes the node (or the plain value)."""
@@ -44,21 +47,6 @@ def positions(shape: tuple[int, ...]) -> Any:
     found = np.arange(math.prod(shape)).reshape(shape)
     found.flags.writeable = False
     return found
-
-
-def adapted(item: Any, value: Any) -> Any:
-    """`item`, tracked or not, as the element of an array in which it became `value`."""
-    if not is_tracked(item):
-        return value
-    item = core_of(item)
-    held = item._v
-    if type(held) is type(value):
-        if held == value or (held != held and value != value):
-            return item
-        name = "same"
-    else:
-        name = "float" if type(value) is float else "int"
-    return node(value, OPERATORS[name], item, None, item._depth + 1)
 
 
 def core_of(item: Any) -> Any:
@@ -76,7 +64,7 @@ class Shadow:
     __slots__ = ("_cores", "_mask", "_values", "data", "depth", "dtype", "rule", "shape")
 
     def __init__(self, array: Any, rule: Rule) -> None:
-        self.data = array.tobytes()
+        self.data = _tobytes(array)
         self.dtype = array.dtype
         self.shape = array.shape
         self.rule = rule
@@ -173,9 +161,9 @@ def shape_of(operand: Operand) -> tuple[int, ...]:
 
 
 def depth_of(operand: Operand) -> int:
-    if type(operand) is Shadow or is_tracked(operand):
-        return getattr(operand, "depth", 0) or getattr(operand, "_depth", 0) and 1
-    return 0
+    if type(operand) is Shadow:
+        return operand.depth
+    return 1 if is_tracked(operand) else 0
 
 
 def spread(operand: Operand, position: int, shape: tuple[int, ...]) -> int:
@@ -227,9 +215,7 @@ class Over(Rule):
     valid   which elements of it have not changed since, None for all
     """
 
-    def __init__(
-        self, cells: Mapping[int, Any], under: Shadow | None, valid: Any, size: int
-    ) -> None:
+    def __init__(self, cells: dict[int, Any], under: Shadow | None, valid: Any, size: int) -> None:
         if under is not None and type(under.rule) is Over:
             below = under.rule
             cells = {p: c for p, c in below.cells.items() if valid is None or valid[p]} | cells
@@ -238,9 +224,9 @@ class Over(Rule):
             else:
                 valid = valid & below.valid
             under = below.under
-        self.cells = cells
-        self.under = under
-        self.valid = valid
+        self.cells: dict[int, Any] = cells
+        self.under: Shadow | None = under
+        self.valid: Any = valid
         self.size = size
         self.depth = 1 if under is None else under.depth + 1
 
@@ -248,7 +234,9 @@ class Over(Rule):
         if self.under is None:
             found = np.zeros(self.size, bool)
         else:
-            found = np.array(self.under.mask if self.valid is None else self.under.mask & self.valid)
+            found = np.array(
+                self.under.mask if self.valid is None else self.under.mask & self.valid
+            )
         for position, cell in self.cells.items():
             found[position] = cell is not None
         return found
@@ -275,9 +263,7 @@ class Elementwise(Rule):
         return found.reshape(-1)
 
     def make(self, position: int, value: Any) -> Any:
-        return self.build(
-            value, *(at(o, spread(o, position, self.shape)) for o in self.operands)
-        )
+        return self.build(value, *(at(o, spread(o, position, self.shape)) for o in self.operands))
 
 
 class Moved(Rule):
@@ -385,7 +371,7 @@ class Whole(Rule):
     @functools.cached_property
     def nodes(self) -> list[Any]:
         found = self.function(*map(_objects, self.operands))
-        return np.ravel(np.asarray(found, dtype=object)).tolist()
+        return [_node_of(item) for item in np.ravel(np.asarray(found, dtype=object)).tolist()]
 
     def mask(self) -> Any:
         try:
@@ -404,8 +390,52 @@ def _objects(operand: Operand) -> Any:
         return operand
     found = np.empty(operand.mask.size, object)
     for position in range(found.size):
-        found[position] = operand.core(position)
+        found[position] = _Term(operand.core(position))
     return found.reshape(operand.shape)
+
+
+class _Term:
+    """An element in an array of objects: expressions without terms and factors of plain zero."""
+
+    __slots__ = ("node",)
+
+    def __init__(self, node: Any) -> None:
+        self.node = node
+
+    def __add__(self, other: Any) -> _Term:
+        return _Term(_added(self.node, _node_of(other)))
+
+    def __radd__(self, other: Any) -> _Term:
+        return _Term(_added(_node_of(other), self.node))
+
+    def __sub__(self, other: Any) -> _Term:
+        other = _node_of(other)
+        return self if _is_zero(other) else _Term(self.node - other)
+
+    def __rsub__(self, other: Any) -> _Term:
+        other = _node_of(other)
+        return _Term(-self.node if _is_zero(other) else other - self.node)
+
+    def __mul__(self, other: Any) -> _Term:
+        return _Term(product(self.node, _node_of(other)))
+
+    def __rmul__(self, other: Any) -> _Term:
+        return _Term(product(_node_of(other), self.node))
+
+    def __neg__(self) -> _Term:
+        return _Term(-self.node)
+
+
+def _node_of(item: Any) -> Any:
+    return item.node if type(item) is _Term else core_of(item)
+
+
+def _is_zero(item: Any) -> bool:
+    return not is_tracked(item) and item == 0
+
+
+def _added(a: Any, b: Any) -> Any:
+    return b if _is_zero(a) else a if _is_zero(b) else a + b
 
 
 # ---------------------------------------------------------------- what builds nodes
@@ -449,7 +479,9 @@ def total(value: Any, *terms: Any) -> Any:
 
 
 def mean(value: Any, *terms: Any) -> Any:
-    return record(OPERATORS["truediv"], value, total(sum(map(untracked, terms)), *terms), len(terms))
+    return record(
+        OPERATORS["truediv"], value, total(sum(map(untracked, terms)), *terms), len(terms)
+    )
 
 
 def multiplied(value: Any, *factors: Any) -> Any:

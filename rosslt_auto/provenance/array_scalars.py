@@ -28,7 +28,7 @@ def scalar(value: Any, core: Any) -> Any:
     cls = CLASSES.get(id(type(value)))
     if cls is None or not is_tracked(core):
         return value
-    made = cls(value)
+    made = cls._plain.__new__(cls, value)
     made._v = value
     made._core = core
     return made
@@ -57,8 +57,7 @@ def _item(self: Any, *args: Any) -> Any:
 
 
 def _class(plain: Any) -> Any:
-    names = {
-        "__slots__": ("_core", "_v"),
+    names = {  # no slots: a class with slots cannot have a metaclass and float64 as base
         "_plain": plain,
         "__class__": property(lambda self: plain),
         "__hash__": plain.__hash__,
@@ -66,6 +65,7 @@ def _class(plain: Any) -> Any:
         "_a": property(_first),
         "_b": property(_second),
         "_depth": property(lambda self: self._core._depth or 1),
+        "_like": lambda self, core: scalar(plain(untracked(core)), core),
         "_set": lambda self, *row: self._core._set(*row),
         "__repr__": lambda self: repr(self._v),
         "__str__": lambda self: str(self._v),
@@ -95,10 +95,14 @@ def _class(plain: Any) -> Any:
 def _binary(method: Callable[..., Any], op: Operator, reflected: bool) -> Callable[..., Any]:
     def call(self: Any, other: Any, *modulus: Any) -> Any:
         if isinstance(other, np.ndarray):
-            from .arrays import operate
+            from .array_calls import operate
 
             return operate(op, other, self) if reflected else operate(op, self, other)
         value = method(self._v, untracked(other), *modulus)
+        if value is NotImplemented and isinstance(other, np.generic):
+            # numpy has left the operator to us, see `arrays._number_array_ufunc`
+            pair = (untracked(other), self._v) if reflected else (self._v, untracked(other))
+            value = op.forward(*pair)
         theirs = core_of(other)
         if modulus or not isinstance(theirs, _NUMBERS):
             return value

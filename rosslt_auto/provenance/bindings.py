@@ -23,6 +23,9 @@ Replace = Callable[[Any], Any]
 
 _roots: weakref.WeakSet[Any] = weakref.WeakSet()
 
+CONTAINERS: dict[int, Callable[[Any, Replace], Any]] = {}
+"""What replaces the elements of arrays and the like, by the id of their type."""
+
 
 def add_root(root: Any) -> None:
     """Adds an object (a node) whose attributes belong to the program, wherever it is kept."""
@@ -37,7 +40,7 @@ def _is_root(thing: Any) -> bool:
 
 
 def replace_everywhere(replace: Replace) -> None:
-    """Puts ``replace(value)`` in place of every tracked value that the program still has a name for."""
+    """Puts ``replace(value)`` in place of every tracked value that the program has a name for."""
     walk = _Walk(replace)
     for name in instrumented_modules() | {"__main__"}:
         module = sys.modules.get(name)
@@ -120,7 +123,9 @@ class _Walk:
 
     def _visit_object(self, thing: Any) -> None:
         kind = type(thing)
-        if kind is dict or isinstance(thing, dict):
+        if id(kind) in CONTAINERS:
+            CONTAINERS[id(kind)](thing, self.replace)
+        elif kind is dict or isinstance(thing, dict):
             self._visit_dict(thing)
         elif isinstance(thing, (list, deque)):
             self._visit_sequence(thing)
@@ -130,8 +135,7 @@ class _Walk:
             self.visit(thing.__self__)
             self.visit(thing.__func__)
         elif kind is functools.partial:
-            for part in (thing.func, *thing.args, *thing.keywords.values()):
-                self.new(part)
+            self._visit_partial(thing)
         elif isinstance(thing, type):
             if thing.__module__ in self.modules:
                 self._visit_class(thing)
@@ -140,6 +144,13 @@ class _Walk:
                 self.new(item)
         else:
             self._visit_instance(thing)
+
+    def _visit_partial(self, thing: Any) -> None:
+        self.new(thing.func)
+        self._visit_dict(thing.keywords)
+        arguments = self._new_tuple(thing.args)
+        if arguments is not thing.args:
+            thing.__setstate__((thing.func, arguments, thing.keywords, vars(thing)))
 
     def visit_namespace(self, names: dict[str, Any]) -> None:
         """A module's namespace."""

@@ -108,11 +108,11 @@ def evaluate(value: Any, changes: Mapping[Source, Any]) -> Any:
 def evaluate_many(values: Iterable[Any], changes: Mapping[Source, Any]) -> list[Any]:
     """`evaluate` for several values that may share parts."""
     values = list(values)
-    results = _results(topological(values), changes)
-    return [results[id(value)] if is_tracked(value) else value for value in values]
+    found = computed(topological(values), changes)
+    return [found[id(value)] if is_tracked(value) else value for value in values]
 
 
-def _results(order: list[Any], changes: Mapping[Source, Any]) -> dict[int, Any]:
+def computed(order: list[Any], changes: Mapping[Source, Any]) -> dict[int, Any]:
     """The plain result of every node, by id."""
     results: dict[int, Any] = {}
     for node in order:
@@ -138,7 +138,7 @@ def gradient(value: Any, changes: Mapping[Source, Any] | None = None) -> dict[So
     order = topological([value])
     if not order:
         return {}
-    results = _results(order, changes or {})
+    results = computed(order, changes or {})
     slopes: dict[int, float] = {id(value): 1.0}
     found: dict[Source, float] = {}
     for node in reversed(order):
@@ -192,7 +192,7 @@ class Provenance:
         return evaluate(self._value, self._by_source(changes))
 
     def invert(self, target: Any, policy: str = "left", source: str | None = None) -> Solution:
-        """What to change so that the value becomes `target`: a `Solution`, or raises NotInvertible."""
+        """What to change so that the value becomes `target`; raises NotInvertible."""
         from .inversion import invert
 
         return invert(self._value, target, policy=policy, source=source)
@@ -217,7 +217,7 @@ class Provenance:
 
 def provenance(value: Any) -> Provenance | None:
     """The provenance of a tracked value, None for a plain one."""
-    return Provenance(value) if is_tracked(value) else None
+    return Provenance(getattr(value, "_core", value)) if is_tracked(value) else None
 
 
 __all__ = [

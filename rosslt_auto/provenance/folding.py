@@ -14,7 +14,7 @@ from typing import Any
 from .expressions import is_leaf, operands, slope_by, topological
 from .locations import source_of
 from .operators import OPERATORS
-from .values import DEPTH_LIMIT, is_tracked, untracked
+from .values import DEPTH_LIMIT, PlainType, is_tracked, untracked
 
 MAX_TERMS = 64
 """Sources that a folded expression keeps, those with the greatest influence."""
@@ -31,6 +31,12 @@ _KEEPS_AFFINE = frozenset(
     OPERATORS[name]
     for name in ("add", "sub", "neg", "pos", "same", "float", "sum", "affine", "mul", "truediv")
 )
+
+_CONSTANT_SLOPES = {
+    OPERATORS[name]: tuple(OPERATORS[name].partial(i)(0.0, 0.0) for i in range(2))
+    for name in ("add", "sub")
+}
+"""The commonest operators of a history, whose slopes need no look at the operands."""
 
 
 def fold(value: Any) -> None:
@@ -132,17 +138,20 @@ def _slopes(order: list[Any]) -> tuple[list[tuple[Any, float, int]], bool]:
             found.append((node, slope, times))
             continue
         op = node._op
-        folded = op is AFFINE or op is LINEAR
         affine = affine and op in _KEEPS_AFFINE and _one_tracked(op, below)
-        plain = [untracked(operand) for operand in below]
+        constant = _CONSTANT_SLOPES.get(op)
+        plain = None if constant else [untracked(operand) for operand in below]
+        folded = op is AFFINE or op is LINEAR
         for index, operand in enumerate(below):
-            if operand is not plain[index]:
-                part = slope * slope_by(op, index, plain)
-                ways = 2 if folded and plain[index + 3] > 1 else times
-                if id(operand) in weights:
-                    part += weights[id(operand)][0]
-                    ways = 2
-                weights[id(operand)] = (part, ways)
+            if type(type(operand)) is not PlainType:
+                continue
+            part = slope * (constant[index] if constant else slope_by(op, index, plain))
+            ways = 2 if folded and plain[index + 3] > 1 else times
+            key = id(operand)
+            if key in weights:
+                weights[key] = (weights[key][0] + part, 2)
+            else:
+                weights[key] = (part, ways)
     found.reverse()
     return found, affine
 

@@ -138,14 +138,23 @@ def _leftmost(targets: Sequence[Target], candidates: list[list[Source]]) -> Solu
     """For one value after the other the first source that can; coupled ones are solved jointly."""
     changes: Changes = {}
     for count, (value, target) in enumerate(targets, 1):
-        changes = _extended(changes, targets[:count], value, target, candidates[count - 1])
+        earlier = [source for found in candidates[: count - 1] for source in found]
+        changes = _extended(
+            changes, targets[:count], value, target, candidates[count - 1], earlier
+        )
     return checked(targets, changes)
 
 
 def _extended(
-    changes: Changes, targets: Sequence[Target], value: Any, target: Any, candidates: list[Source]
+    changes: Changes,
+    targets: Sequence[Target],
+    value: Any,
+    target: Any,
+    candidates: list[Source],
+    earlier: list[Source],
 ) -> Changes:
-    """`changes` with what one more target needs."""
+    """`changes` with what one more target needs: one of its sources, or else another one of an
+    `earlier` target, which lets go of the one that both depend on."""
     if changes and reached(evaluate_many([value], changes)[0], target):
         return changes
     reasons = []
@@ -159,6 +168,14 @@ def _extended(
             return found
         except NotInvertible as refusal:
             reasons.append(str(refusal))
+    for source in earlier:
+        if source not in changes and source not in candidates:
+            try:
+                found = _solve_jointly(targets, [*changes, source])
+            except NotInvertible:
+                continue
+            if _reaches(targets, found):
+                return found
     if not reasons:
         raise NotInvertible("two of the targets depend on the same source alone")
     raise NotInvertible("; ".join(dict.fromkeys(reasons)))

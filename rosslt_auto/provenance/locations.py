@@ -31,7 +31,7 @@ class LiteralInfo(NamedTuple):
     hint          the name it is shown by
     named         bound to a name, not just an operand
     line, column  from 1 and from 0, as in Python's ast; likewise end_line, end_column
-    repeated      None if it depends on how often its function runs, else whether it stands in a loop
+    repeated      whether it stands in a loop, None if that depends on how its function is called
     """
 
     parameter: str
@@ -247,8 +247,9 @@ class Literals:
 
 
 _tables: dict[str, Literals] = {}
+_others: dict[str, Any] = {}
 _initial: dict[str, Any] = {}
-_refusals: Callable[[str], None] = lambda reason: None
+_refused: list[Callable[[str], None]] = []
 
 
 def register_literals(
@@ -282,9 +283,13 @@ def set_initial_values(values: Mapping[str, Any], refused: Callable[[str], None]
 
     `refused` is told why a literal cannot have the value that was given for it.
     """
-    global _refusals
     _initial.update(values)
-    _refusals = refused
+    _refused[:] = [refused]
+
+
+def _tell(refusal: SourceChangeRefused) -> None:
+    for tell in _refused:
+        tell(str(refusal))
 
 
 def _apply_initial(literals: Literals) -> None:
@@ -296,9 +301,45 @@ def _apply_initial(literals: Literals) -> None:
             try:
                 value = location.check(_initial[info.parameter])
             except SourceChangeRefused as refusal:
-                _refusals(str(refusal))
+                _tell(refusal)
             else:
                 location.change(value)
+
+
+def register_source(source: Any) -> None:
+    """Makes a source of this process that is no literal (`external.LocalSource`) known by name.
+
+    It takes the value that was given for it at start, if there is one.
+    """
+    _others[source.parameter] = source
+    if source.parameter in _initial:
+        try:
+            source.start_with(source.check(_initial[source.parameter]))
+        except SourceChangeRefused as refusal:
+            _tell(refusal)
+
+
+def free_name(wanted: str) -> str:
+    """`wanted` as a parameter name, made different where it is taken.
+
+    No name may be the dotted prefix of another one.
+    """
+    taken = [*_others]
+    for literals in list(_tables.values()):
+        taken += [info.parameter for info in literals.infos]
+    name, number = wanted, 1
+    while True:
+        clash = next((other for other in taken if _clash(name, other)), None)
+        if clash is None:
+            return name
+        number += 1
+        # A literal called like a part of the name: that part is what has to give way.
+        behind = wanted[len(clash) :] if wanted.startswith(f"{clash}.") else ""
+        name = f"{wanted.removesuffix(behind) if behind else wanted}_{number}{behind}"
+
+
+def _clash(name: str, other: str) -> bool:
+    return name == other or name.startswith(f"{other}.") or other.startswith(f"{name}.")
 
 
 def instrumented_files() -> set[str]:
@@ -311,8 +352,14 @@ def instrumented_modules() -> set[str]:
     return {literals.module for literals in _tables.values()}
 
 
-def location_of(parameter: str) -> Location | None:
-    """The location in this process that has this parameter name, the latest if there are several."""
+def location_of(parameter: str) -> Any:
+    """The location in this process that has this parameter name, None if there is none.
+
+    A `Location`, the latest if there are several, or an `external.LocalSource`.
+    """
+    other = _others.get(parameter)
+    if other is not None:
+        return other
     for literals in reversed(list(_tables.values())):
         for index, info in enumerate(literals.infos):
             if info.parameter == parameter:
@@ -347,11 +394,13 @@ __all__ = [
     "Source",
     "SourceChangeRefused",
     "changed_locations",
+    "free_name",
     "instrumented_files",
     "instrumented_modules",
     "leaf",
     "location_of",
     "register_literals",
+    "register_source",
     "set_initial_values",
     "source_of",
 ]

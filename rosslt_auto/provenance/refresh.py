@@ -39,9 +39,13 @@ def apply(changes: Mapping[Source, Any]) -> None:
 
 
 def refreshed(value: Any) -> Any:
-    """`value` as the current values of its sources make it; the same object if they change nothing."""
+    """`value` as current values of its sources make it; the same object if they change nothing."""
     if not is_tracked(value):
         return value
+    core = getattr(value, "_core", value)
+    if core is not value:  # a scalar of numpy
+        new = refreshed(core)
+        return value if new is core else value._like(new)
     order = topological([value])
     stale = {id(node) for node in order if is_leaf(node) and _is_stale(node)}
     if not stale:

@@ -7,6 +7,7 @@ result by re-evaluation.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -14,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from .expressions import evaluate_many, gradient, leaves
+from .expressions import computed, evaluate_many, gradient, leaves, topological
 from .inversion import Changes, NotInvertible, Target, as_held, reached
 from .locations import Source, SourceChangeRefused, source_of
 
@@ -51,6 +52,7 @@ class _Problem:
 
     def __init__(self, targets: Sequence[Target], chosen: Sequence[Source]) -> None:
         self.values = [value for value, _ in targets]
+        self.order = topological(self.values)
         self.goals = np.array([float(target) for _, target in targets])
         self.targets = targets
         self.sources = list(chosen)
@@ -65,8 +67,8 @@ class _Problem:
     def at(self, point: Any) -> Any:
         """The values at a point, None where there are none."""
         try:
-            found = evaluate_many(self.values, self.changes(point))
-            values = np.array([float(value) for value in found])
+            found = computed(self.order, self.changes(point))
+            values = np.array([float(found[id(value)]) for value in self.values])
         except (ArithmeticError, ValueError, TypeError):
             return None
         return values if np.isfinite(values).all() else None
@@ -130,6 +132,7 @@ class _Problem:
             values = self.at([x])
             return math.nan if values is None else float(values[0]) - goal
 
+        miss = functools.cache(miss)  # neighbouring intervals share their ends
         found = [
             root
             for low, high in _intervals(start, float(self.scale[0]))

@@ -11,7 +11,7 @@ import string
 from collections.abc import Sequence
 from typing import Any
 
-from .operators import OPERATORS, Inverse, Operator
+from .operator_table import AnyOperands, Inverse, Operator, add
 
 Piece = tuple[Any, str | None, str]
 """A value, its conversion (None, "s", "r", "a" or "%"), and its format specification."""
@@ -111,19 +111,6 @@ def cut(target: str, before: str, after: str) -> str:
     return target[len(before) : len(target) - len(after)]
 
 
-class _TextOperator(Operator):
-    """Any number of operands; the inverse for an index is made when it is asked for."""
-
-    __slots__ = ("make_inverse",)
-
-    def __init__(self, name: str, symbol: str, forward: Any, make_inverse: Any) -> None:
-        super().__init__(name, symbol, None, forward, (make_inverse(0), make_inverse(1)))
-        self.make_inverse = make_inverse
-
-    def inverse(self, index: int) -> Inverse | None:
-        return self.make_inverse(index)
-
-
 # ---------------------------------------------------------------- templates
 
 
@@ -144,7 +131,9 @@ def percent_pieces(template: str, args: tuple[Any, ...]) -> list[Piece] | None:
     return None if rest else pieces
 
 
-def format_pieces(template: str, args: tuple[Any, ...], names: dict[str, Any]) -> list[Piece] | None:
+def format_pieces(
+    template: str, args: tuple[Any, ...], names: dict[str, Any]
+) -> list[Piece] | None:
     """What ``template.format(*args, **names)`` is made of; None if a specification is nested."""
     pieces: list[Piece] = []
     formatter = string.Formatter()
@@ -208,7 +197,9 @@ def _format(template: str, *args: Any) -> str:
 
 
 def _templated(percent: bool) -> Any:
-    take_apart = percent_pieces if percent else (lambda template, args: format_pieces(template, args, {}))
+    take_apart = (
+        percent_pieces if percent else (lambda template, args: format_pieces(template, args, {}))
+    )
 
     def make_inverse(index: int) -> Inverse:
         def inverse(target: str, template: str, *args: Any) -> Any:
@@ -291,6 +282,11 @@ def _recount(target: str, text: str, count: int) -> int:
     return times
 
 
+def _unstrip(target: str, text: str) -> str:
+    bare = text.strip()
+    return text.replace(bare, target) if bare else target
+
+
 def _unstr(target: str, value: Any) -> Any:
     return parsed(target, value, None, "")
 
@@ -301,15 +297,15 @@ for _row in (
     Operator("repeat", "*", 13, lambda a, n: a * n, (_unrepeated, _recount)),
     Operator("str", "str", None, str, (_unstr,)),
     Operator("repr", "repr", None, repr, (None,)),
-    _TextOperator("slice", "slice", _sliced, lambda index: _unsliced if index == 0 else None),
-    _TextOperator("join", "join", _joined, _join_inverse),
-    _TextOperator("pieces", "f", join_pieces, _piece_inverse),
-    _TextOperator("percent", "%", _percent, _templated(True)),
-    _TextOperator("format", "format", _format, _templated(False)),
+    AnyOperands("slice", "slice", _sliced, lambda index: _unsliced if index == 0 else None),
+    AnyOperands("join", "join", _joined, _join_inverse),
+    AnyOperands("pieces", "f", join_pieces, _piece_inverse),
+    AnyOperands("percent", "%", _percent, _templated(True)),
+    AnyOperands("format", "format", _format, _templated(False)),
     Operator("upper", "upper", None, str.upper),
     Operator("lower", "lower", None, str.lower),
-    Operator("strip", "strip", None, str.strip, (lambda t, a: a.replace(a.strip(), t) if a.strip() else t,)),
+    Operator("strip", "strip", None, str.strip, (_unstrip,)),
     # What is left of a text that has grown too long a history: its sources, and no way back.
     Operator("remembered", "from", None, lambda text, *sources: text),
 ):  # fmt: skip
-    OPERATORS[_row.name] = _row
+    add(_row)

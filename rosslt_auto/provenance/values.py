@@ -11,6 +11,7 @@ To programs the classes call themselves ``float`` and ``int``; inside of this pr
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -26,6 +27,10 @@ def _fold(value: Any) -> None:
     shorten(value)
 
 
+new_float = float.__new__
+new_int = int.__new__
+
+
 class PlainType(type):
     """Lets a tracked class pass for the plain one where types are compared or printed."""
 
@@ -39,6 +44,10 @@ class PlainType(type):
 
     def __repr__(cls) -> str:
         return repr(cls._plain)
+
+    def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+        """What libraries get by ``type(x)(2)``: a plain value. We ourselves use ``new_float``."""
+        return cls._plain(*args, **kwargs)
 
 
 def _reduce(self: Any, protocol: Any) -> Any:
@@ -60,10 +69,10 @@ class TrackedFloat(float, metaclass=PlainType):
     __hash__ = float.__hash__
 
     def _set(self, op: Operator, a: Any, b: Any, depth: int) -> None:
-        self._op = op
         self._a = a
         self._b = b
         self._depth = depth
+        self._op = op  # last: whoever sees it, in another thread, finds the rest in place
 
 
 class TrackedInt(int, metaclass=PlainType):
@@ -92,10 +101,10 @@ class TrackedStr(str, metaclass=PlainType):
     __hash__ = str.__hash__
 
     def _set(self, op: Operator, a: Any, b: Any, depth: int) -> None:
-        self._op = op
         self._a = a
         self._b = b
         self._depth = depth
+        self._op = op  # last: whoever sees it, in another thread, finds the rest in place
 
 
 def is_tracked(value: Any) -> bool:
@@ -104,7 +113,7 @@ def is_tracked(value: Any) -> bool:
 
 
 def untracked(value: Any) -> Any:
-    """The plain value of a tracked one, anything else as it is (Section V-A: discard provenance)."""
+    """The plain value of a tracked one, anything else as it is (discards it, Section V-A)."""
     return value._v if type(type(value)) is PlainType else value
 
 
@@ -112,17 +121,17 @@ def node(value: Any, op: Operator, a: Any, b: Any, depth: int) -> Any:
     """A new node with the plain float, int or str `value`; any other type is returned as it is."""
     kind = type(value)
     if kind is float:
-        made = TrackedFloat(value)
+        made = new_float(TrackedFloat, value)
         made._v = value
         made._op = op
         made._a = a
         made._b = b
         made._depth = depth
     elif kind is int:
-        made = TrackedInt(value)
+        made = new_int(TrackedInt, value)
         made._n = (value, op, a, b, depth)
     elif kind is str:
-        made = TrackedStr(value)
+        made = str.__new__(TrackedStr, value)
         made._v = value
         made._set(op, a, b, depth)
     else:
@@ -159,11 +168,16 @@ def deferred(value: Any, expand: Callable[[], tuple[Operator, Any, Any]], depth:
     return node(value, DEFERRED, expand, None, depth)
 
 
+_settling = threading.RLock()
+
+
 def settle(value: Any) -> None:
     """Works out what a deferred node stands for, in place."""
     if value._op is DEFERRED:
-        op, a, b = value._a()
-        value._set(op, a, b, 0 if op is SOURCE or op is LITERAL else value._depth)
+        with _settling:
+            if value._op is DEFERRED:
+                op, a, b = value._a()
+                value._set(op, a, b, 0 if op is SOURCE or op is LITERAL else value._depth)
 
 
 def record(op: Operator, value: Any, *operands: Any) -> Any:
@@ -188,7 +202,8 @@ def record(op: Operator, value: Any, *operands: Any) -> Any:
 #
 # One template for all methods of both classes. The common kinds of operands come first; a
 # subclass of float or int that somebody else wrote keeps its own dispatch; everything else gets
-# NotImplemented, so that Python asks the other operand next, as for a plain number. An error is
+# NotImplemented, so that Python asks the other operand next, as for a plain number. (A reflected
+# method is called with a subclass only when that has declined already.) An error is
 # left to Python too where Python can raise it itself: the traceback is then the plain one.
 
 _BINARY = """
@@ -218,13 +233,14 @@ def __{method}__(self, other):
     elif FOREIGN and FOREIGN[0](other):
         return FOREIGN[1](OP, {operands})
     elif isinstance(other, {accepted}):
-        return record(OP, {with_plain}, {operands})
+        value = {with_subclass}
+        return value if value is NotImplemented else record(OP, value, {operands})
     else:
-        return NotImplemented
+        {otherwise}
     {make}
 """
 
-_MAKE_FLOAT = """made = TrackedFloat(value)
+_MAKE_FLOAT = """made = new_float(TrackedFloat, value)
     made._v = value
     made._op = OP
     made._a = {a}
@@ -236,7 +252,7 @@ _MAKE_FLOAT = """made = TrackedFloat(value)
 
 _MAKE_INT = """if type(value) is not int:
         return node(value, OP, {a}, {b}, depth)
-    made = TrackedInt(value)
+    made = new_int(TrackedInt, value)
     made._n = (value, OP, {a}, {b}, depth)
     if depth > DEPTH_LIMIT:
         _fold(made)
@@ -263,9 +279,10 @@ _BITWISE = {
 }
 
 
-def _binary_method(cls: type, name: str, row: tuple[str, str, bool], reflected: bool) -> None:
+def _binary_method(cls: type, name: str, row: tuple[str, str, bool], prefix: str = "") -> None:
     op, expression, always_float = row
-    method = f"r{name}" if reflected else name
+    method = prefix + name
+    reflected = prefix == "r"
     mine, depth = ("self._v", "self._depth") if cls is TrackedFloat else ("mine[0]", "mine[4]")
 
     def value(theirs: str) -> str:
@@ -285,7 +302,13 @@ def _binary_method(cls: type, name: str, row: tuple[str, str, bool], reflected: 
         depth=depth,
         base=cls._plain.__name__,  # type: ignore[attr-defined]
         accepted="(float, int)" if name in _ARITHMETIC else "int",
+        with_subclass=f"{mine}.__{method}__(other)" if reflected else value("other"),
         operands=f"{a}, {b}",
+        otherwise=(
+            f"value = {mine}\n        value *= other\n        return value"
+            if prefix == "i"
+            else "return NotImplemented"
+        ),
         make=make.format(a=a, b=b),
     )
     if name in _BITWISE:  # float has no such operators: neither kind of it gets here
@@ -321,7 +344,7 @@ def _divmod(self: Any, other: Any) -> Any:
 def _rdivmod(self: Any, other: Any) -> Any:
     if not isinstance(other, (float, int)):
         return NotImplemented
-    return _divmod_pair(divmod(untracked(other), self._v), other, self)
+    return _divmod_pair(self._v.__rdivmod__(untracked(other)), other, self)
 
 
 def _divmod_pair(value: Any, a: Any, b: Any) -> Any:
@@ -366,7 +389,7 @@ _COMPARISONS = {"lt": "<", "le": "<=", "eq": "==", "ne": "!=", "gt": ">", "ge": 
 
 
 def _comparison_method(cls: type, name: str, symbol: str) -> None:
-    """The plain comparison; a subclass of float or int has its say first, as with a plain number."""
+    """The plain comparison; a subclass of float or int has its say first, as it always has."""
     source = _COMPARISON.format(method=name, symbol=symbol)
     if cls is TrackedInt:
         source = source.replace("self._v", "self._n[0]")
@@ -398,8 +421,10 @@ def _complete(cls: type) -> None:
     """Gives a class all operators of its plain type."""
     rows = _ARITHMETIC if cls is TrackedFloat else {**_ARITHMETIC, **_BITWISE}
     for name, row in rows.items():
-        for reflected in (False, True):
-            _binary_method(cls, name, row, reflected)
+        _binary_method(cls, name, row)
+        _binary_method(cls, name, row, "r")
+    # Python repeats no sequence for `n *= "ab"` where n is of a class written in Python.
+    _binary_method(cls, "mul", rows["mul"], "i")
     unary = {"neg": "neg", "pos": "pos", "abs": "abs", "trunc": "trunc", "floor": "floor"}
     unary |= {"ceil": "ceil"} | ({"invert": "invert"} if cls is TrackedInt else {})
     for name, op in unary.items():

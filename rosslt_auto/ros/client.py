@@ -121,6 +121,14 @@ class ParameterClient:
         if not answer.result.successful:
             raise ChangeRefused(f"{node}: {answer.result.reason or 'refused without a reason'}")
 
+    def get(self, node: str, names: list[str], timeout: float) -> list[Any]:
+        """The values of parameters, None for one that is not there. Raises NoAnswer."""
+        answer = self._call(
+            GetParameters, node, "get_parameters", GetParameters.Request(names=names), timeout
+        )
+        values = [parameter_value_to_python(value) for value in answer.values]
+        return values if len(values) == len(names) else [None] * len(names)
+
     def places(self, node: str, timeout: float) -> list[Place]:
         """The locations that a node owns now. Raises NoAnswer."""
         listed = self._call(
@@ -134,12 +142,10 @@ class ParameterClient:
             DescribeParameters, node, "describe_parameters",
             DescribeParameters.Request(names=names), timeout,
         )  # fmt: skip
-        values = self._call(
-            GetParameters, node, "get_parameters", GetParameters.Request(names=names), timeout
-        )
+        values = self.get(node, names, timeout)
         return [
-            _place(node, descriptor, parameter_value_to_python(value))
-            for descriptor, value in zip(described.descriptors, values.values, strict=False)
+            _place(node, descriptor, value)
+            for descriptor, value in zip(described.descriptors, values, strict=False)
         ]
 
     def _client(self, service: Any, node: str, name: str) -> Any:

@@ -1,17 +1,21 @@
 """Parameters that a node declares itself are sources too.
 
 Wherever the program reads one - `get_parameter`, `declare_parameter`, a set-parameters callback -
-it gets a leaf of the expression graph. What it has computed from it follows when the parameter
-is set, also where the program read it only once (design 3.2).
+it gets a leaf of the expression graph. When the parameter is set, what was computed from it
+follows if the program read it only once (design 3.2). What it reads again and again takes effect
+at the next reading, and what its callbacks are handed is the program's own business: neither
+changes what the program has kept of earlier values.
 
-Join points: `rclpy.node.Node` where it stores parameters.
+Join points: `rclpy.node.Node` where it stores parameters, and where a program reads them.
 """
 
 from __future__ import annotations
 
+import os
+import sys
 import weakref
-from collections.abc import Callable, Iterable
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, cast
 
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -31,13 +35,17 @@ class ParameterSource(Source):
     """A parameter of a node of this process, declared by its program.
 
     declared_by  gives the node, None once it is gone
+    handed       the same parameter as the node's callbacks are handed it: never followed
     """
 
     declared_by: Callable[[], Any]
 
-    def __init__(self, node: Any, name: str, kind: str, value: Any) -> None:
+    def __init__(self, node: Any, name: str, kind: str, value: Any, handed: bool = False) -> None:
         super().__init__(None, name, kind)
         self.declared_by = weakref.ref(node)
+        self.handed = self if handed else ParameterSource(node, name, kind, value, handed=True)
+        self.repeated = handed
+        self._sites: set[tuple[Any, int]] = set()
         self.change(value)
 
     # One parameter, one object; `node` is filled in later.
@@ -52,10 +60,16 @@ class ParameterSource(Source):
     def value(self) -> Any:
         return self.leaf._v
 
+    def read_at(self, site: tuple[Any, int]) -> None:
+        """Notes from where the program reads it: twice from one place is again and again."""
+        if site in self._sites:
+            self.repeated = True
+            self._sites.clear()
+        else:
+            self._sites.add(site)
 
-def source_of(node: Any, name: str) -> ParameterSource | None:
-    """The source for a parameter that a node of this process has declared, if it is a number."""
-    return _sources.get(node, {}).get(name)
+
+# ---------------------------------------------------------------- storing
 
 
 def _store_advice(wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
@@ -64,11 +78,10 @@ def _store_advice(wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
     if not requested:
         return wrapped(*args, **kwargs)
     known = _sources.setdefault(node, {})
-    for parameter in requested:
-        _track(node, known, parameter)
+    sources = [_track(node, known, parameter) for parameter in requested]
     result = wrapped(*args, **kwargs)
     if result.successful:
-        _follow(node, known, requested)
+        _follow(known, dict(zip(requested, sources, strict=True)))
     return result
 
 
@@ -82,35 +95,72 @@ def _is_number(parameter: Any) -> bool:
     )
 
 
-def _track(node: Any, known: dict[str, ParameterSource], parameter: Any) -> None:
-    """Makes the value of a Parameter object a leaf of its source."""
+def _track(node: Any, known: dict[str, ParameterSource], parameter: Any) -> ParameterSource:
+    """Makes the value of a Parameter object what the node's callbacks are to see."""
     kind = _KINDS[parameter.type_]
     value = untracked(parameter.value)
     source = known.get(parameter.name)
     if source is None or source.kind != kind or parameter.name not in node._parameters:
         source = ParameterSource(node, parameter.name, kind, value)
-    # A new leaf: until the value is accepted the source has the old one.
-    parameter._value = source.leaf if source.value == value else leaf(source, value)
+    handed = source.handed
+    # Until the value is accepted the source has the old one.
+    parameter._value = handed.leaf if handed.value == value else leaf(handed, value)
+    return source
 
 
-def _follow(node: Any, known: dict[str, ParameterSource], parameters: Iterable[Any]) -> None:
-    """After parameters were set: everything computed from their old values follows."""
-    changes = {}
-    for parameter in parameters:
-        source = parameter._value._a
+def _follow(known: dict[str, ParameterSource], accepted: dict[Any, ParameterSource]) -> None:
+    """After parameters were stored: what was computed from their old values follows."""
+    changes: dict[ParameterSource, Any] = {}
+    for parameter, source in accepted.items():
         known[parameter.name] = source
-        if source.value != untracked(parameter._value):
-            changes[source] = untracked(parameter._value)
-    if not changes:
-        return
-    try:
-        refresh.apply(changes)
-    except SourceChangeRefused:  # NaN or an infinity, which the node has accepted
-        for source, value in changes.items():
-            source.change(value)
-    for parameter in parameters:
-        parameter._value = known[parameter.name].leaf
+        source.handed.leaf = parameter._value  # what the callbacks have got is current
+        value = untracked(parameter._value)
+        if source.value != value:
+            changes[source] = value
+    if changes:
+        try:
+            refresh.apply(cast(Mapping[Source, Any], changes))
+        except SourceChangeRefused:  # NaN or an infinity, which the node has accepted
+            for source, value in changes.items():
+                source.change(value)
+    for parameter, source in accepted.items():
+        parameter._value = source.leaf
 
+
+# ---------------------------------------------------------------- reading
+
+
+def _read_advice(wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
+    known = _sources.get(node)
+    if known:
+        source = known.get(args[0] if args else kwargs.get("name", ""))
+        if source is not None and not source.repeated:
+            _note([source], sys._getframe(1))
+    return wrapped(*args, **kwargs)
+
+
+def _read_many_advice(wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
+    _note(list(_sources.get(node, {}).values()), sys._getframe(1))
+    return wrapped(*args, **kwargs)
+
+
+_NODE = Node.__init__.__code__.co_filename
+_RCLPY = os.path.join(os.path.dirname(_NODE), "")
+_READERS = frozenset({"get_parameters", "<listcomp>"})
+
+
+def _note(sources: list[ParameterSource], caller: Any) -> None:
+    """Notes from where the program reads; what rclpy looks up for itself does not count."""
+    while caller.f_code.co_filename == _NODE and caller.f_code.co_name in _READERS:
+        caller = caller.f_back
+    if caller.f_code.co_filename.startswith(_RCLPY):
+        return
+    for source in sources:
+        if not source.repeated:
+            source.read_at((caller.f_code, caller.f_lasti))
+
+
+# ---------------------------------------------------------------- weaving
 
 _points = JoinPoints()
 
@@ -119,6 +169,9 @@ def install() -> None:
     """Weaves the advice, once."""
     if not _points:
         _points.advise(Node, "_set_parameters_atomically_common", _store_advice)
+        _points.advise(Node, "get_parameter", _read_advice)
+        _points.advise(Node, "get_parameter_or", _read_advice)
+        _points.advise(Node, "get_parameters_by_prefix", _read_many_advice)
 
 
 def uninstall() -> None:

@@ -21,8 +21,12 @@ LIMIT = 64 << 10
 FOLDED_DEPTH = 256
 """Deeper expressions are folded before they travel."""
 
+HISTORY_DEPTH = 32
+"""The same for those that are another one in every message: they are growing histories."""
+
 _MAX_TEXT = 160
-_OUTLINES_KEPT = 32
+_OUTLINES_KEPT = 64
+_NEW_IN_A_ROW = 8
 _TRY_AGAIN = 100  # messages
 
 
@@ -39,6 +43,13 @@ class Encoder:
         self._too_many = 0
         self._few = 0
         self._try_again = 0
+        self._new = 0  # outlines in a row that had not been there before
+
+    def fold(self, value: Any) -> None:
+        """Folds the expression of `value`, in place, if it is too deep to travel."""
+        depth = FOLDED_DEPTH if self._new < _NEW_IN_A_ROW else HISTORY_DEPTH
+        if value._depth > depth:
+            fold(value)
 
     def encode(
         self, checksum: int, sequence: int, fields: Sequence[tuple[str, Any]]
@@ -51,7 +62,7 @@ class Encoder:
         if self._try_again and given >= self._too_many:  # it was too much before
             self._try_again -= 1
             fields = fields[: self._few]
-        while True:
+        while fields:
             try:
                 outline, values = self._outline(fields)
                 payload = _VERSION + self._packer.pack((checksum, sequence, outline.packed, values))
@@ -63,6 +74,7 @@ class Encoder:
             # What stands in it once - sources - makes the next one smaller than proportional.
             fields = fields[: len(fields) * LIMIT * 9 // (len(payload) * 10)]
             self._too_many, self._few, self._try_again = given, len(fields), _TRY_AGAIN
+        return b"", 0
 
     def _packable(self, fields: Sequence[tuple[str, Any]]) -> list[tuple[str, Any]]:
         """The fields in whose expressions there is nothing but numbers and strings."""
@@ -89,6 +101,9 @@ class Encoder:
             if len(self._outlines) >= _OUTLINES_KEPT:
                 self._outlines.clear()
             self._outlines[key] = found
+            self._new += 1
+        else:
+            self._new = 0
         return found, values
 
 
@@ -155,9 +170,7 @@ def _walk(fields: Sequence[tuple[str, Any]]) -> tuple[tuple[Any, ...], list[Any]
                     slot = len(key)
                     key.append(None)
                     kind = type(operand)
-                    values.append(
-                        operand if kind is float or kind is int else _plain_number(operand)
-                    )
+                    values.append(operand if kind is float or kind is int else _plain(operand))
                 entry.append(slot)
             slots[id(node)] = len(key)
             key.append(tuple(entry))
@@ -167,8 +180,10 @@ def _walk(fields: Sequence[tuple[str, Any]]) -> tuple[tuple[Any, ...], list[Any]
     return (*key, *ends), values, leaves
 
 
-def _plain_number(operand: Any) -> Any:
+def _plain(operand: Any) -> Any:
     """A constant of a less usual type, such as True or numpy.float64(2), as the wire knows it."""
+    if operand is None:
+        return None
     for kind in (int, float, str):
         if isinstance(operand, kind):
             return kind(operand)
@@ -190,17 +205,18 @@ class _Outline:
     ) -> None:
         self.leaves = leaves
         ends = len(key) - 2 * len(paths)
-        numbers: dict[Source, int] = {}
+        numbers: dict[tuple[Source, str], int] = {}
         slots = _slots(key[:ends], leaves, numbers)
-        for source in numbers:
+        sources = [source for source, _ in numbers]
+        for source in sources:
             if source.node is None:
                 own(source)
-        self.owners = [(source, source.node) for source in numbers]
+        self.owners = [(source, source.node) for source in sources]
         names: dict[str, int] = {}
-        sources = [_described(source, names) for source in numbers]
+        described = [_described(source, names) for source in sources]
         fields = _fields(paths, key[ends + 1 :: 2], slots)
         self.packed: bytes = msgpack.packb(
-            [list(names), sources, slots, fields], default=_big_integer
+            [list(names), described, slots, fields], default=_big_integer
         )
 
     def valid(self, own: Callable[[Source], None]) -> bool:
@@ -213,14 +229,18 @@ class _Outline:
         return True
 
 
-def _slots(key: tuple[Any, ...], leaves: list[Any], numbers: dict[Source, int]) -> list[Any]:
+def _slots(
+    key: tuple[Any, ...], leaves: list[Any], numbers: dict[tuple[Source, str], int]
+) -> list[Any]:
+    """Numbers are those of the sources, with their kind: equal ones may differ in that."""
     slots: list[Any] = []
     following = iter(leaves)
     for entry in key:
         if type(entry) is int:
             node = next(following)
-            source = numbers.setdefault(source_of(node), len(numbers))
-            slots.append([source, node._v])
+            source = source_of(node)
+            number = numbers.setdefault((source, source.kind), len(numbers))
+            slots.append([number, node._v])
         elif entry is None or all(slots[slot] is None for slot in entry[1:]):
             slots.append(None)  # an operation on plain numbers is a plain number, too
         else:
@@ -268,11 +288,4 @@ def _big_integer(value: Any) -> Any:
     return msgpack.ExtType(BIG_INTEGER, int(value).to_bytes(size, "big", signed=True))
 
 
-def folded(value: Any) -> Any:
-    """`value` itself, its expression folded if it is too deep to travel."""
-    if value._depth > FOLDED_DEPTH:
-        fold(value)
-    return value
-
-
-__all__ = ["LIMIT", "Encoder", "folded"]
+__all__ = ["FOLDED_DEPTH", "HISTORY_DEPTH", "LIMIT", "Encoder"]

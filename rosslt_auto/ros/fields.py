@@ -233,14 +233,14 @@ def attach(message: Any, header: Header) -> None:
         else:
             continue
         if kind is float:
-            made: Any = TrackedFloat(received)
+            made: Any = float.__new__(TrackedFloat, received)
             made._v = received
             made._op = DEFERRED
             made._a = expand
             made._b = None
             made._depth = depth
         else:
-            made = TrackedInt(received)
+            made = int.__new__(TrackedInt, received)
             made._n = (received, DEFERRED, expand, None, depth)
         setattr(owner, slot, made)
 

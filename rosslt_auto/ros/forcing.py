@@ -11,7 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rosslt_auto.provenance.expressions import evaluate, leaves
+from rosslt_auto.provenance.expressions import evaluate, leaves, topological
+from rosslt_auto.provenance.folding import LINEAR
 from rosslt_auto.provenance.inversion import NotInvertible, invert_many, reached
 from rosslt_auto.provenance.locations import Source, SourceChangeRefused, source_of
 from rosslt_auto.provenance.values import untracked
@@ -23,6 +24,8 @@ from .observer import HEADER_SUFFIX, Observer, TopicSubscription, TrackedMessage
 NO_HEADERS = 0.5
 """Seconds after the first message when a topic without headers counts as untracked."""
 
+_PREPARED = 16
+
 
 class CannotForce(Exception):
     """A field cannot be forced; the message says why. Nothing has been changed."""
@@ -32,7 +35,8 @@ class CannotForce(Exception):
 class Forced:
     """What has come out of a `force`.
 
-    fields   by path: the target, and the value in the last message that was looked at
+    fields   by path: the target, the value in the last message that was looked at, and "moving"
+             if the field moves by itself: the forced message would have had the target
     changes  what was changed, or would be in a dry run
     reason   why it was not reached, else None
     """
@@ -91,6 +95,8 @@ def force(
     """
     deadline = time.monotonic() + timeout
     subscription = observer.subscribe(topic, deadline=deadline)
+    if not dry_run:  # matched while the first message is on its way
+        observer.parameters.prepare(sorted(observer.nodes_with_locations())[:_PREPARED])
     try:
         wanted = wanted_fields(subscription.message_type, targets)
         message = _first_tracked(observer, subscription, wanted, deadline)
@@ -221,8 +227,11 @@ def _verify(
             except paths.FieldError:  # a sequence has become shorter
                 break
             result.fields[one.path]["value"] = untracked(value)
-            if not (one.shown_by(value) or _moves(one, message, forced, solution)):
+            if one.shown_by(value):
+                continue
+            if not _moves(one, message, forced, solution):
                 break
+            result.fields[one.path]["moving"] = True
         else:
             result.reached = True
             return
@@ -238,7 +247,7 @@ def _moves(
     been checked.
     """
     value = message.fields.get(one.path)
-    if value is None:
+    if value is None or _is_approximate(forced.fields[one.path]):
         return False
     now = {source_of(leaf): untracked(leaf) for leaf in leaves(value)}
     concerned = {s: new for s, new in solution.items() if s in now}
@@ -251,6 +260,11 @@ def _moves(
     except (ArithmeticError, ValueError):
         return False
     return not reached(by_itself, untracked(before))
+
+
+def _is_approximate(value: Any) -> bool:
+    """Whether part of the history was replaced by its first-order form (`folding`)."""
+    return any(node._op is LINEAR for node in topological([value]))
 
 
 def _not_shown(topic: str, result: Forced, seen: int) -> str:

@@ -2,12 +2,14 @@
 
 Format, version 1
 -----------------
-The header topic has the type ``std_msgs/msg/UInt8MultiArray``; its ``data`` is one byte with the
-format version, followed by one `MessagePack <https://msgpack.org>`_ array:
+The header topic has the type ``std_msgs/msg/UInt8MultiArray``, its ``layout`` is empty; its
+``data`` is one byte with the format version, followed by a MessagePack document
+(https://msgpack.org), an array:
 
     [checksum, sequence, outline, values]
 
-checksum  CRC-32 (zlib, IEEE 802.3) of the serialised data message, encapsulation included
+checksum  CRC-32 (zlib, IEEE 802.3) of the serialised data message, encapsulation included,
+          filled up with zeros to a multiple of four bytes, as RTPS does on its way
 sequence  publication sequence number of the data message, counted from 1 for each publisher; it
           tells messages with equal bytes apart
 outline   binary: another MessagePack document, see below. It is the same for message after
@@ -34,9 +36,9 @@ fields    each ``[shared, rest, slot]``: the slot that a field of the message go
           Its path (``pose.position.x``, ``points[3].x``) is the first `shared` characters of the
           path before it in this list, followed by `rest`.
 
-Values are MessagePack floats (64 bits), integers or strings, and the difference matters. Integers
-beyond 64 bits are extension type 1: two's complement, big endian. The names of the operators are
-those of `provenance.operators.OPERATORS`.
+Values are MessagePack floats (64 bits), integers or strings, and the difference matters; plain
+ones may be nil, too. Integers beyond 64 bits are extension type 1: two's complement, big endian.
+The names of the operators are those of `provenance.operators.OPERATORS`.
 
 Whoever reads a header must take it for hostile: `decode` raises HeaderError for anything that is
 not exactly as above.
@@ -46,12 +48,13 @@ from __future__ import annotations
 
 import inspect
 import re
-import struct
+import zlib
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import msgpack
 
+from ..provenance import text_operators as _rows  # noqa: F401  (fills the table of operators)
 from ..provenance.locations import Source, location_of
 from ..provenance.operators import OPERATORS, Operator
 from ..provenance.values import DEPTH_LIMIT, leaf, node
@@ -70,9 +73,9 @@ _MAX_PATH = 512
 _OUTLINES_KEPT = 256
 _BYTES_KEPT = 4 << 20
 
-_CDR = struct.Struct("<4sIII")  # encapsulation, layout.dim (none), layout.data_offset, size of data
-_LITTLE_ENDIAN = b"\x00\x01\x00\x00"
-_USUAL = _CDR.pack(_LITTLE_ENDIAN, 0, 0, 0)[:12]
+# Encapsulation, size of layout.dim (none) and layout.data_offset; then the size of data follows.
+_LITTLE_ENDIAN = bytes([0, 1, 0, 0, *bytes(8)])
+_BIG_ENDIAN = bytes(12)
 _NODE_NAME = re.compile(r"(/[A-Za-z0-9_]+)+")
 
 
@@ -149,35 +152,38 @@ class Outline:
 # ---------------------------------------------------------------- the message around it
 
 
+def checksum_of(data: bytes) -> int:
+    """The checksum of a serialised data message."""
+    # Between processes a message arrives filled up, within one process as it was sent.
+    checksum = zlib.crc32(data)
+    missing = -len(data) % 4
+    return zlib.crc32(bytes(missing), checksum) if missing else checksum
+
+
 def wrap(payload: bytes) -> bytes:
     """The serialised UInt8MultiArray with `payload` as its data."""
-    return _CDR.pack(_LITTLE_ENDIAN, 0, 0, len(payload)) + payload
+    return _LITTLE_ENDIAN + len(payload).to_bytes(4, "little") + payload
 
 
 def unwrap(serialised: bytes) -> bytes:
     """The data of a serialised UInt8MultiArray. Raises HeaderError."""
     if len(serialised) > MAX_SIZE:
         raise HeaderError(f"{len(serialised)} bytes are too many")
-    if not serialised.startswith(_USUAL):
-        return _unwrap_any(serialised)
-    end = 16 + int.from_bytes(serialised[12:16], "little")
+    if serialised.startswith(_LITTLE_ENDIAN):
+        order: Literal["little", "big"] = "little"
+    elif serialised.startswith(_BIG_ENDIAN):
+        order = "big"
+    else:
+        raise HeaderError("not a UInt8MultiArray without layout")
+    end = 16 + int.from_bytes(serialised[12:16], order)
     if end > len(serialised):
         raise HeaderError("truncated")
     return serialised[16:end]
 
 
-def _unwrap_any(serialised: bytes) -> bytes:
-    """For publishers of others: another byte order, or a layout."""
-    from rclpy.serialization import deserialize_message
-    from std_msgs.msg import UInt8MultiArray
-
-    try:
-        return bytes(deserialize_message(serialised, UInt8MultiArray).data)
-    except Exception as error:
-        raise HeaderError(f"not a UInt8MultiArray: {error}") from error
-
-
 # ---------------------------------------------------------------- decoding
+
+_KINDS = frozenset({float, int, str, type(None)})
 
 _outlines: dict[bytes, Outline] = {}
 _bytes_kept = 0
@@ -205,10 +211,13 @@ def decode(payload: bytes) -> Header:
     outline = _outlines.get(packed) or _keep(packed, _outline(packed))
     if len(values) != len(outline.steps):
         raise HeaderError(f"{len(values)} values for {len(outline.steps)} slots")
-    for value in values:
-        kind = type(value)
-        if kind is not float and kind is not int and kind is not str:
-            raise HeaderError(f"{kind.__name__} is not a value")
+    if not _KINDS.issuperset(map(type, values)):
+        raise HeaderError("not a value")
+    if None in values and any(
+        value is None and step[1] is not None
+        for value, step in zip(values, outline.steps, strict=True)
+    ):
+        raise HeaderError("a result is nil")
     return Header(checksum, sequence, outline, values, len(payload))
 
 
@@ -367,6 +376,9 @@ _COUNTS: dict[str, Callable[[int], bool]] = {
     "hypot": lambda count: count >= 1,
     "affine": lambda count: count >= 5 and count % 4 == 1,
     "linear": lambda count: count >= 5 and count % 4 == 1,
+    "min": lambda count: count >= 2,
+    "max": lambda count: count >= 2,
+    "str": lambda count: count == 1,
     "int": lambda count: count == 1,
     "float": lambda count: count == 1,
     "log": lambda count: count in (1, 2),
@@ -404,6 +416,7 @@ __all__ = [
     "Header",
     "HeaderError",
     "Outline",
+    "checksum_of",
     "decode",
     "unwrap",
     "wrap",

@@ -8,6 +8,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import rclpy
@@ -25,7 +26,7 @@ from .header import SUFFIX as HEADER_SUFFIX
 SETTLE = 1.0
 """Seconds that a message without header is held back while the topic's headers are on their way."""
 
-QUIET = 0.4
+QUIET = 1.5
 """Seconds without news after which the graph counts as discovered."""
 
 _DEPTH = 100
@@ -142,10 +143,8 @@ class Observer:
         rclpy.try_shutdown(context=self._context)
 
     def _spin(self) -> None:
-        try:
+        with suppress(ExternalShutdownException):
             self._executor.spin()
-        except ExternalShutdownException:
-            pass
 
     # Topics
 
@@ -200,9 +199,7 @@ class Observer:
             history=HistoryPolicy.KEEP_LAST,
             depth=_DEPTH,
             reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-            durability=(
-                DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
-            ),
+            durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE),
         )
 
     # Nodes
@@ -219,20 +216,19 @@ class Observer:
         return name in self.node.get_fully_qualified_node_names()
 
     def settle(self, deadline: float) -> None:
-        """Returns when the graph has not changed for a while, at the latest at the deadline.
+        """Returns when somebody was found and nobody new for a while, or at the deadline.
 
         There is no way to know that everybody has been found.
         """
+        own = self.node.get_fully_qualified_name()
         seen: Any = None
         since = time.monotonic()
         while time.monotonic() < deadline:
-            now = (
-                sorted(self.node.get_fully_qualified_node_names()),
-                sorted(self.nodes_with_locations()),
-            )
+            nodes = set(self.node.get_fully_qualified_node_names()) - {own}
+            now = (nodes, self.nodes_with_locations())
             if now != seen:
                 seen, since = now, time.monotonic()
-            elif time.monotonic() - since > QUIET:
+            elif nodes and time.monotonic() - since > QUIET:
                 return
             time.sleep(0.02)
 

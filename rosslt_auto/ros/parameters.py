@@ -15,9 +15,9 @@ from __future__ import annotations
 import logging
 import threading
 import weakref
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 from rcl_interfaces.msg import ParameterDescriptor, ParameterEvent, SetParametersResult
 from rclpy.exceptions import ParameterImmutableException
@@ -224,9 +224,9 @@ def _set_advice(wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
     return _apply(node, changes)
 
 
-def _apply(node: Any, changes: dict[Location, Any]) -> SetParametersResult:
+def _apply(node: Any, changes: Mapping[Location, Any]) -> SetParametersResult:
     try:
-        refresh.apply(changes)
+        refresh.apply(cast(Mapping[Source, Any], changes))
     except SourceChangeRefused as refusal:
         return SetParametersResult(successful=False, reason=str(refusal))
     _broadcast(node, changed=[parameter_of(location) for location in changes])
@@ -284,7 +284,7 @@ def _take_overrides(node: Any) -> None:
     if not given:
         return
     overrides.add(given)
-    changes = {}
+    changes: dict[Source, Any] = {}
     for name, value in given.items():
         location = location_of(name)
         if location is not None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import logging
 import threading
 import weakref
-import zlib
 from typing import Any
 
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
@@ -23,8 +22,8 @@ from std_msgs.msg import UInt8MultiArray
 from ..provenance import refresh
 from ..provenance.locations import Source
 from ..provenance.values import is_tracked
-from . import fields, header
-from .encoding import Encoder, folded
+from . import fields, header, serving
+from .encoding import Encoder
 from .joinpoints import JoinPoints
 
 INFRASTRUCTURE = frozenset({"/rosout", "/parameter_events", "/clock", "/rosslt/source_change"})
@@ -117,11 +116,13 @@ class HeaderPublisher:
         plain way of publishing will say so.
         """
         try:
+            if serving.pending:  # changes that have waited for this thread
+                serving.run_pending(self._node())
             values = self._current(found)
             if not values or not self._is_heard(values):
                 return False
             data = _rclpy.rclpy_serialize(message, self._message_type)
-            checksum = zlib.crc32(data)
+            checksum = header.checksum_of(data)
             with self.lock:
                 payload, kept = self._encoder.encode(checksum, self.sequence + 1, values)
                 if kept:
@@ -150,7 +151,8 @@ class HeaderPublisher:
                     value = current
                 if not is_tracked(value):
                     continue
-            values.append((path, folded(value)))
+            self._encoder.fold(value)
+            values.append((path, value))
         return values
 
     def _is_heard(self, values: list[tuple[str, Any]]) -> bool:

@@ -235,9 +235,7 @@ class _Server:
         """The nodes that nobody spins, of one context."""
         if self.away:
             return []
-        nodes = [
-            node for node in self.nodes if node.context.ok() and not self.spinning.spins(node)
-        ]
+        nodes = [node for node in self.nodes if node.context.ok() and not self.spinning.spins(node)]
         return [node for node in nodes if node.context is nodes[0].context]
 
     def _serve(self, nodes: list[Any]) -> None:
@@ -309,9 +307,7 @@ def _entities(node: Any) -> list[tuple[Any, Callable[[Any, Any], None]]]:
 def _wait_set(context: Any, guard: Any, entities: list[tuple[Any, Any, Any]]) -> Any:
     services = [entity for _, entity, answer in entities if answer is _answer_request]
     subscriptions = [entity for _, entity, answer in entities if answer is _take_change]
-    wait_set = _rclpy.WaitSet(
-        len(subscriptions), 1, 0, 0, len(services), 0, context.handle
-    )
+    wait_set = _rclpy.WaitSet(len(subscriptions), 1, 0, 0, len(services), 0, context.handle)
     wait_set.clear_entities()
     wait_set.add_guard_condition(guard)
     for service in services:

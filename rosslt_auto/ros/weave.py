@@ -36,7 +36,7 @@ def prepare(arguments: Sequence[str], read_only: bool = False) -> None:
     if JOINED in sys.modules:
         _weave()
     else:
-        sys.meta_path.insert(0, _Finder())  # type: ignore[arg-type]
+        sys.meta_path.insert(0, _Finder())
 
 
 class _Finder:
@@ -45,7 +45,7 @@ class _Finder:
     def find_spec(self, name: str, path: Any = None, target: Any = None) -> Any:
         if name != JOINED:
             return None
-        sys.meta_path.remove(self)  # type: ignore[arg-type]
+        sys.meta_path.remove(self)
         spec = importlib.util.find_spec(name)
         if spec is not None and spec.loader is not None:
             spec.loader = _Loader(spec.loader)  # type: ignore[assignment]
@@ -83,7 +83,7 @@ def _weave() -> None:
 def install() -> None:
     """Weaves all aspects, once. Imports rclpy."""
     for name in ASPECTS:
-        aspect = importlib.import_module(f"{__package__}.{name}")
+        aspect: Any = importlib.import_module(f"{__package__}.{name}")
         if name == "parameters":
             aspect.read_only = _read_only
         aspect.install()

@@ -18,7 +18,7 @@ def send(observer: Observer, headers: list[bytes], numbers: Recording) -> None:
     for header in headers:
         publisher.publish(UInt8MultiArray(data=header))
         numbers.next()  # messages come in between
-    observer.node.destroy_publisher(publisher)
+    observer.destroy(publisher)
 
 
 def broken(header: bytes) -> dict[str, list[bytes]]:

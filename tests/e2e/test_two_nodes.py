@@ -268,8 +268,7 @@ def test_force_of_a_topic_without_provenance(pair: Pair) -> None:
         echo = pair.cli("echo", "/untracked", "--once", "--timeout", "5", "--json")
         assert echo.json["fields"] == {}
     finally:
-        node.destroy_timer(timer)
-        node.destroy_publisher(publisher)
+        pair.observer.destroy(timer, publisher)
 
 
 # locations
@@ -415,4 +414,4 @@ def test_source_change_topic(pair: Pair) -> None:
         changes.publish(ParameterEvent(node=node, changed_parameters=[parameter]))
     pair.shows(18, 5.5)
     assert pair.observer.get("/talker", COUNT) == 9
-    pair.observer.node.destroy_publisher(changes)
+    pair.observer.destroy(changes)

@@ -58,7 +58,7 @@ def test_command_line(arguments: list[str], expected: dict[str, Any]) -> None:
         (f"robot:\n  ros__parameters:\n    {NAME}: 7\n", {NAME: 7}),
         (f"/robot:\n  ros__parameters:\n    {NAME}: 7\n", {NAME: 7}),
         (f"/**:\n  robot:\n    ros__parameters:\n      {NAME}: 7\n", {NAME: 7}),
-        (f"/**:\n  ros__parameters:\n    speed: 7\n", {}),
+        ("/**:\n  ros__parameters:\n    speed: 7\n", {}),
         ("# rosslt\n", {}),
         ("- rosslt\n", {}),
         ("rosslt: [\n", {}),

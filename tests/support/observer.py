@@ -13,6 +13,7 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
 from rclpy.task import Future
 
 from support.waiting import DEADLINE, DeadlineMissed, wait_until
@@ -127,6 +128,23 @@ class Observer:
             f"{subscribers} subscribers of {topic}",
         )
         return publisher
+
+    def destroy(self, *entities: Any) -> None:
+        """Destroys publishers, subscriptions or timers, between two waits of the node's thread.
+
+        From another thread it could happen while they are being waited for, which ends that.
+        """
+
+        def do() -> None:
+            for entity in entities:
+                if isinstance(entity, Publisher):
+                    self.node.destroy_publisher(entity)
+                elif isinstance(entity, Subscription):
+                    self.node.destroy_subscription(entity)
+                else:
+                    self.node.destroy_timer(entity)
+
+        self.result(self._executor.create_task(do), "destroy entities")
 
     def topics(self) -> dict[str, list[str]]:
         """All topics that are known now, hidden ones too, with their types."""

@@ -18,6 +18,12 @@ ROOT = Path(__file__).resolve().parents[2]
 SAMPLES = ROOT / "sample_nodes"
 DATA = ROOT / "tests" / "e2e" / "data"
 
+# Nothing beyond this machine, and found soon there.
+NETWORK = {
+    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+    "FASTRTPS_DEFAULT_PROFILES_FILE": str(ROOT / "tests" / "support" / "fastdds.xml"),
+}
+
 RUN = ("-m", "rosslt_auto", "run")
 _FINISHING = 10.0  # seconds that a program has to end by itself once it was interrupted
 
@@ -30,7 +36,7 @@ def environment(domain: int, **changes: str | None) -> dict[str, str]:
     variables: dict[str, str | None] = {
         **os.environ,
         "ROS_DOMAIN_ID": str(domain),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        **NETWORK,
         "PYTHONUNBUFFERED": "1",
         **changes,
     }

@@ -43,7 +43,7 @@ def bits(value: Any) -> Any:
         return (bits(value.real), bits(value.imag))
     if isinstance(value, float):
         return "nan" if math.isnan(value) else struct.pack("d", value)
-    return value
+    return value if value == value else repr(value)
 
 
 def outcome(action: Callable[..., Any], *operands: Any) -> Any:

@@ -1,0 +1,209 @@
+"""The rewriter's walk over expressions: which literals are tracked, and by which name."""
+
+from __future__ import annotations
+
+import ast
+from typing import Any
+
+from .call_sites import MATH_CALLS
+from .naming import Scope
+from .plain import (
+    LARGE,
+    can_be_tracked,
+    is_sequence,
+    last_name,
+    plain_from,
+    target_name,
+)
+from .walk import LOOSE, Binding, Walk, loosen
+
+
+class ExpressionWalk(Walk):
+    """Visits of expressions. Those not listed at the end, also later Pythons', stay plain."""
+
+    def _constant(self, node: ast.Constant, binding: Binding) -> None:
+        if binding is not None and can_be_tracked(node.value):
+            self.literal(node, node.value, binding)
+
+    def _unary(self, node: ast.UnaryOp, binding: Binding) -> None:
+        operand = node.operand
+        if isinstance(node.op, ast.Not):
+            self.expression(operand, None)
+            return
+        if isinstance(node.op, (ast.USub, ast.UAdd)) and isinstance(operand, ast.Constant):
+            # The sign belongs to the literal: one location, at the sign.
+            value: Any = operand.value
+            if type(value) in (int, float):
+                value = -value if isinstance(node.op, ast.USub) else value
+                if binding is not None and can_be_tracked(value):
+                    self.literal(node, value, binding)
+                return
+        self.expression(operand, loosen(binding))
+
+    def _binary(self, node: ast.BinOp, binding: Binding) -> None:
+        while True:  # long sums lean to the left: no recursion there
+            left, right = node.left, node.right
+            loose = loosen(binding)
+            if isinstance(node.op, ast.Mult) and (is_sequence(left) or is_sequence(right)):
+                # [0.0] * 36: the elements are literals, the count is plumbing
+                self.expression(left, binding if is_sequence(left) else None)
+                self.expression(right, binding if is_sequence(right) else None)
+                return
+            if _is_complex(left) or _is_complex(right):
+                loose = None
+            self.expression(right, loose)
+            binding = loose
+            if left.__class__ is not ast.BinOp:
+                self.expression(left, loose)
+                return
+            node = left
+
+    def _bool_op(self, node: ast.BoolOp, binding: Binding) -> None:
+        self.expressions(node.values, binding)
+
+    def _compare(self, node: ast.Compare, binding: Binding) -> None:
+        operands = [node.left, *node.comparators]
+        self.expressions(operands, None)
+        for index, op in enumerate(node.ops):
+            # A subclass of int has to search through a range, one number after another.
+            if isinstance(op, (ast.In, ast.NotIn)) and _is_range(operands[index + 1]):
+                plain = self.untracked(operands[index])
+                if index:
+                    node.comparators[index - 1] = plain
+                else:
+                    node.left = plain
+
+    def _call(self, node: ast.Call, binding: Binding) -> None:
+        func = node.func
+        kind = func.__class__
+        if kind is ast.Attribute:
+            self._attribute(func, (func.attr, False))  # type: ignore[arg-type, attr-defined]
+            if func.attr in MATH_CALLS:  # type: ignore[attr-defined]
+                self.calls.append((node, self.block))
+        elif kind is ast.Name:
+            self.calls.append((node, self.block))
+        elif kind is not ast.Constant:
+            self.expression(func, LOOSE)
+        name = last_name(func)
+        if node.args:
+            argument: Binding = (name or "call", False)
+            plain = plain_from(name)
+            for index, arg in enumerate(node.args):
+                self.expression(arg, argument if index < plain else None)
+        for keyword in node.keywords:
+            self.expression(keyword.value, (keyword.arg, True) if keyword.arg else LOOSE)
+
+    def _attribute(self, node: ast.Attribute, binding: Binding) -> None:
+        if node.value.__class__ is not ast.Constant:
+            self.expression(node.value, loosen(binding))
+
+    def _subscript(self, node: ast.Subscript, binding: Binding) -> None:
+        if node.value.__class__ is not ast.Constant:
+            self.expression(node.value, binding)
+        self.expression(node.slice, None)
+
+    def _slice(self, node: ast.Slice, binding: Binding) -> None:
+        self.expressions((node.lower, node.upper, node.step), None)
+
+    def _conditional(self, node: ast.IfExp, binding: Binding) -> None:
+        self.expression(node.test, None)
+        self.expressions((node.body, node.orelse), binding)
+
+    def _display(self, node: Any, binding: Binding) -> None:
+        before = len(self.found)
+        self.displays += 1
+        if node.__class__ is ast.Dict:
+            self._dict(node, binding)
+        else:
+            self.expressions(node.elts, binding)
+        self.displays -= 1
+        if not self.displays and len(self.found) - before > LARGE:
+            del self.found[before:]
+
+    def _dict(self, node: ast.Dict, binding: Binding) -> None:
+        self.expressions(node.keys, None)
+        for key, value in zip(node.keys, node.values, strict=True):
+            if isinstance(key, ast.Constant) and isinstance(key.value, str) and key.value:
+                self.expression(value, (key.value, True) if binding is not None else None)
+            else:
+                self.expression(value, binding)
+
+    def _set(self, node: ast.Set, binding: Binding) -> None:
+        self.expressions(node.elts, None)
+
+    def _comprehension(self, node: Any, binding: Binding) -> None:
+        outer, self.repeated = self.repeated, True
+        if isinstance(node, ast.DictComp):
+            self.expression(node.key, None)
+            self.expression(node.value, binding)
+        else:
+            self.expression(node.elt, binding if not isinstance(node, ast.SetComp) else None)
+        for index, generator in enumerate(node.generators):
+            self.target(generator.target)
+            self.repeated = outer if index == 0 else True
+            bound = (target_name(generator.target) or "value", True) if binding else None
+            self.expression(generator.iter, bound)
+            self.repeated = True
+            self.expressions(generator.ifs, None)
+        self.repeated = outer
+
+    def _lambda(self, node: ast.Lambda, binding: Binding) -> None:
+        outer = self.scope, self.block, self.repeated, self.function, self.displays
+        self.scope = Scope("lambda", self.scope)
+        self.defaults(node.args)
+        self.block, self.repeated, self.function, self.displays = None, None, "lambda", 0
+        self.expression(node.body, (binding[0] if binding else "lambda", False))
+        self.scope, self.block, self.repeated, self.function, self.displays = outer
+
+    def _pass_on(self, node: Any, binding: Binding) -> None:
+        self.expression(node.value, binding)
+
+    def _yield(self, node: ast.Yield | ast.YieldFrom, binding: Binding) -> None:
+        self.expression(node.value, (self.function, False))
+
+    def _named(self, node: ast.NamedExpr, binding: Binding) -> None:
+        self.expression(node.value, (node.target.id, True))
+
+    def _joined(self, node: ast.JoinedStr, binding: Binding) -> None:
+        for part in node.values:
+            if isinstance(part, ast.FormattedValue):
+                self.expression(part.value, loosen(binding))
+                self.expression(part.format_spec, None)
+
+    EXPRESSIONS = {
+        ast.Constant: _constant,
+        ast.UnaryOp: _unary,
+        ast.BinOp: _binary,
+        ast.BoolOp: _bool_op,
+        ast.Compare: _compare,
+        ast.Call: _call,
+        ast.Attribute: _attribute,
+        ast.Subscript: _subscript,
+        ast.Slice: _slice,
+        ast.IfExp: _conditional,
+        ast.List: _display,
+        ast.Tuple: _display,
+        ast.Dict: _display,
+        ast.Set: _set,
+        ast.ListComp: _comprehension,
+        ast.SetComp: _comprehension,
+        ast.DictComp: _comprehension,
+        ast.GeneratorExp: _comprehension,
+        ast.Lambda: _lambda,
+        ast.Starred: _pass_on,
+        ast.Await: _pass_on,
+        ast.Yield: _yield,
+        ast.YieldFrom: _yield,
+        ast.NamedExpr: _named,
+        ast.JoinedStr: _joined,
+    }
+
+
+def _is_complex(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, complex)
+
+
+def _is_range(node: ast.expr) -> bool:
+    return (
+        isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range"
+    )

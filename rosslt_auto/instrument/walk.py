@@ -1,0 +1,134 @@
+"""What all parts of the rewriter's walk over a tree share.
+
+The walk passes a *binding* down to every expression: the name that its value is bound to and
+whether it is bound directly - or None where literals stay as they are.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Iterable
+from typing import Any, ClassVar, NamedTuple
+
+from .call_sites import BUILTIN_CALLS, MATH_CALLS
+from .calls import UNTRACKED
+from .naming import Scope
+from .plain import can_evaluate_to_tracked
+
+Binding = tuple[str, bool] | None
+
+LOAD = ast.Load()
+LOOSE = ("value", False)
+
+
+def loosen(binding: Binding) -> Binding:
+    """The binding of an operand of what is bound."""
+    return (binding[0], False) if binding is not None else None
+
+
+class Found(NamedTuple):
+    line: int
+    column: int
+    node: ast.expr
+    value: Any
+    scope: Scope
+    hint: str
+    named: bool
+    repeated: bool | None
+
+
+class Block:
+    """A module's or a class's own code, where names are looked up in a namespace first."""
+
+    def __init__(self, node: Any) -> None:
+        self.node = node
+        self.names: set[str] = set()
+
+    def declare(self) -> None:
+        """Makes our names global: not even a namespace made by a metaclass is asked for them."""
+        if not self.names:
+            return
+        body = self.node.body
+        at = 1 if ast.get_docstring(self.node, clean=False) is not None else 0
+        while at < len(body) and _is_future(body[at]):
+            at += 1
+        first = body[min(at, len(body) - 1)]
+        body.insert(at, ast.copy_location(ast.Global(sorted(self.names)), first))
+
+
+def _is_future(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.ImportFrom) and statement.module == "__future__"
+
+
+class Walk:
+    """State and means of the walk; `StatementWalk` and `ExpressionWalk` know the kinds of nodes."""
+
+    STATEMENTS: ClassVar[dict[type, Callable[[Any, Any], None]]]
+    EXPRESSIONS: ClassVar[dict[type, Callable[[Any, Any, Binding], None]]]
+
+    def __init__(self, scope: Scope, table: str) -> None:
+        self.module_scope = self.scope = scope
+        self.table = table
+        self.found: list[Found] = []
+        self.calls: list[tuple[ast.Call, Block | None]] = []
+        self.blocks: list[Block] = []
+        self.block: Block | None = None
+        self.repeated: bool | None = False
+        self.function = "module"
+        self.plain_return = False
+        self.enums: set[str] = set()
+        self.displays = 0
+        self.math_modules = {"math"}
+        self.called_names = {name: name for name in BUILTIN_CALLS}
+
+    def statements(self, body: list[ast.stmt]) -> None:
+        """Walks over the statements of a body."""
+        for statement in body:
+            visit = self.STATEMENTS.get(statement.__class__)
+            if visit is not None:
+                visit(self, statement)
+
+    def expression(self, node: ast.expr | None, binding: Binding) -> None:
+        """Walks over an expression whose value gets bound as `binding` says."""
+        if node is not None:
+            visit = self.EXPRESSIONS.get(node.__class__)
+            if visit is not None:
+                visit(self, node, binding)
+
+    def expressions(self, nodes: Iterable[ast.expr | None], binding: Binding) -> None:
+        for node in nodes:
+            self.expression(node, binding)
+
+    def target(self, node: ast.expr) -> None:
+        if node.__class__ is not ast.Name:
+            self.expression(node, None)
+
+    def defaults(self, args: ast.arguments) -> None:
+        positional = args.posonlyargs + args.args
+        if args.defaults:
+            for arg, default in zip(positional[-len(args.defaults) :], args.defaults, strict=True):
+                self.expression(default, (arg.arg, True))
+                self.alias(arg.arg, default)
+        for arg, keyword_default in zip(args.kwonlyargs, args.kw_defaults, strict=True):
+            self.expression(keyword_default, (arg.arg, True))
+
+    def alias(self, name: str, value: ast.expr) -> None:
+        """Notes ``name = math.sin``: calls of that name may be calls of that function."""
+        if isinstance(value, ast.Attribute) and value.attr in MATH_CALLS:
+            self.called_names.setdefault(name, value.attr)
+
+    def literal(self, node: ast.expr, value: Any, binding: tuple[str, bool]) -> None:
+        self.found.append(
+            Found(node.lineno, node.col_offset, node, value, self.scope, *binding, self.repeated)
+        )
+        if self.block is not None:
+            self.block.names.add(self.table)
+
+    def untracked(self, value: ast.expr) -> ast.expr:
+        """A call that makes the value of an expression plain."""
+        if not can_evaluate_to_tracked(value):
+            return value
+        if self.block is not None:
+            self.block.names.add(UNTRACKED)
+        func = ast.copy_location(ast.Name(UNTRACKED, LOAD), value)
+        return ast.copy_location(ast.Call(func, [value], []), value)

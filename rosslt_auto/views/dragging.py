@@ -1,0 +1,226 @@
+"""What a drag means: the fields under a handle are forced to where it is dragged (Section V).
+
+A drag keeps to the sources that it began with. A message that is computed from others - the next
+waypoint has come - does not make it change those instead; it goes on with the last message that
+knew them.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from rosslt_auto.provenance.expressions import evaluate_many, leaves, sources
+from rosslt_auto.provenance.inversion import NotInvertible, invert_many, reached, solve_for
+from rosslt_auto.provenance.locations import Source, SourceChangeRefused, source_of
+from rosslt_auto.provenance.values import untracked
+
+from .handles import Targets
+from .scene import Tracked
+
+INTERVAL = 0.02
+"""Seconds between two changes of a drag; what is dragged in between is passed over."""
+
+
+@dataclass(frozen=True)
+class Changed:
+    """A source that a drag changes."""
+
+    source: Source
+    old: Any
+    new: Any
+
+
+@dataclass
+class Choice:
+    """How sources are chosen.
+
+    policy   see `provenance.inversion.invert_many`
+    sources  by path: the parameter that is to be changed for that field
+    """
+
+    policy: str = "left"
+    sources: dict[str, str] = field(default_factory=dict)
+
+
+class Refused(Exception):
+    """A drag that cannot be followed; the message says why. Nothing has been changed."""
+
+
+def solve(tracked: Tracked, targets: Targets, choice: Choice) -> list[Changed]:
+    """What has to be changed so that the fields become the targets; raises Refused.
+
+    Discrete sources are moved to the nearest value that they can have.
+    """
+    wanted = [(tracked.fields[path], target) for path, target in targets.items()
+              if path in tracked.fields]  # fmt: skip
+    if not wanted:
+        raise Refused("it has no provenance any more")
+    try:
+        changes = _solution(tracked, targets, choice)
+        values = dict(_values(tracked))
+        return [Changed(s, values[s], s.check(new)) for s, new in changes.items()]
+    except (NotInvertible, SourceChangeRefused) as reason:
+        raise Refused(str(reason)) from None
+
+
+def _solution(tracked: Tracked, targets: Targets, choice: Choice) -> dict[Source, Any]:
+    """Chosen sources first, each for its field; the policy finds the others."""
+    changes: dict[Source, Any] = {}
+    open_targets = []
+    for path, target in targets.items():
+        value = tracked.fields.get(path)
+        if value is None or reached(untracked(value), target):
+            continue
+        parameter = choice.sources.get(path)
+        source = next((s for s in sources(value) if s.parameter == parameter), None)
+        if source is None:
+            open_targets.append((value, target))
+        elif source not in changes:
+            changes.update(solve_for(value, target, source).changes)
+    if open_targets and changes:
+        # Those that the chosen sources have moved there already need no more.
+        now = evaluate_many([value for value, _ in open_targets], changes)
+        open_targets = [
+            one for one, value in zip(open_targets, now, strict=True) if not reached(value, one[1])
+        ]
+    if open_targets:
+        found = invert_many(open_targets, policy=choice.policy).changes
+        changes = {**found, **changes}
+    return changes
+
+
+def _values(tracked: Tracked) -> Mapping[Source, Any]:
+    return {
+        source_of(leaf): untracked(leaf)
+        for value in tracked.fields.values()
+        for leaf in leaves(value)
+    }
+
+
+class Drag:
+    """One drag from grab to release: from where a handle is, to changes of sources.
+
+    changed  all sources that it has changed: the values before the drag, and now
+    """
+
+    def __init__(self, tracked: Tracked, choice: Choice) -> None:
+        self._tracked = tracked
+        self._choice = Choice(choice.policy, dict(choice.sources))
+        self._policy_open = choice.policy != "left"
+        self.changed: dict[Source, Changed] = {}
+
+    def to(self, latest: Tracked | None, targets: Targets) -> list[Changed]:
+        """What has to be changed now; raises Refused.
+
+        latest  the last message, None if there is none any more
+        """
+        if latest is not None and self._knows(latest, targets):
+            self._tracked = latest
+        found = solve(self._tracked, targets, self._choice)
+        self._keep_to(found, targets)
+        return found
+
+    def made(self, changes: Sequence[Changed]) -> None:
+        """Notes that these changes have been made."""
+        for one in changes:
+            before = self.changed.get(one.source)
+            old = one.old if before is None else before.old
+            self.changed[one.source] = Changed(one.source, old, one.new)
+
+    def _knows(self, tracked: Tracked, targets: Targets) -> bool:
+        """Whether the fields of this message come from what the drag has been changing."""
+        for path in targets:
+            value = tracked.fields.get(path)
+            if value is None:
+                return False
+            kept = self._choice.sources.get(path)
+            if kept is not None and all(s.parameter != kept for s in sources(value)):
+                return False
+        return True
+
+    def _keep_to(self, changes: Sequence[Changed], targets: Targets) -> None:
+        if self._policy_open:
+            return
+        changed = {one.source for one in changes}
+        for path in targets:
+            value = self._tracked.fields.get(path)
+            if value is None or path in self._choice.sources:
+                continue
+            source = next((s for s in sources(value) if s in changed), None)
+            if source is not None:
+                self._choice.sources[path] = source.parameter
+
+
+class Dragger:
+    """Follows one drag in a thread of its own: the last target wins, the very last one is reached.
+
+    drag     the drag; latest: gives the last message
+    apply    makes changes; raises an exception whose text is the reason
+    report   is told the reason when something is refused, and "" when it goes on
+    """
+
+    def __init__(
+        self,
+        drag: Drag,
+        latest: Callable[[], Tracked | None],
+        apply: Callable[[Sequence[Changed]], None],
+        report: Callable[[str], None] = lambda reason: None,
+        interval: float = INTERVAL,
+    ) -> None:
+        self.drag = drag
+        self._latest = latest
+        self._apply = apply
+        self._report = report
+        self._interval = interval
+        self._wanted: Targets | None = None
+        self._released = False
+        self._news = threading.Condition()
+        self._thread = threading.Thread(target=self._follow, name="drag", daemon=True)
+        self._thread.start()
+
+    def to(self, targets: Targets) -> None:
+        """The handle has been dragged there. Returns at once."""
+        with self._news:
+            self._wanted = targets
+            self._news.notify()
+
+    def release(self, timeout: float | None = None) -> None:
+        """The handle has been let go; returns when the last target has been dealt with."""
+        with self._news:
+            self._released = True
+            self._news.notify()
+        if threading.current_thread() is not self._thread:
+            self._thread.join(timeout)
+
+    def _follow(self) -> None:
+        while True:
+            with self._news:
+                while self._wanted is None and not self._released:
+                    self._news.wait()
+                targets, self._wanted = self._wanted, None
+                if targets is None:
+                    return
+                if not targets:
+                    continue
+            began = time.monotonic()
+            self._step(targets)
+            with self._news:
+                left = began + self._interval - time.monotonic()
+                while left > 0 and not self._released:
+                    self._news.wait(left)
+                    left = began + self._interval - time.monotonic()
+
+    def _step(self, targets: Targets) -> None:
+        try:
+            changes = self.drag.to(self._latest(), targets)
+            if changes:
+                self._apply(changes)
+                self.drag.made(changes)
+        except Exception as reason:  # whatever it is, the next step may succeed
+            self._report(str(reason) or type(reason).__name__)
+        else:
+            self._report("")

@@ -1,0 +1,97 @@
+"""Helpers for tests of instrumentation: small programs, plain and instrumented."""
+
+import os
+import subprocess
+import sys
+import textwrap
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rosslt_auto.instrument import hook
+from rosslt_auto.instrument.selection import Selection
+
+ROOT = Path(__file__).parents[2]
+
+_RUN = """
+import sys
+from rosslt_auto.instrument.runner import run
+from rosslt_auto.instrument.selection import Selection
+as_module = sys.argv[1] == "-m"
+words = sys.argv[1 + as_module:]
+sys.exit(run(words[0], words[1:], as_module=as_module, selection=Selection()))
+"""
+
+
+@pytest.fixture
+def instrumented(tmp_path: Path) -> Callable[..., dict[str, Any]]:
+    """Executes a source text as an instrumented module and gives its namespace."""
+
+    def execute(source: str, name: str = "sample") -> dict[str, Any]:
+        path = tmp_path / f"{name}.py"
+        text = textwrap.dedent(source)
+        path.write_text(text)
+        code = hook.instrumented_code(name, str(path), text.encode(), cached=False)
+        namespace = {"__name__": name, "__file__": str(path)}
+        exec(code, namespace)
+        return namespace
+
+    return execute
+
+
+@pytest.fixture
+def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Path]]:
+    """Writes modules into a folder on the path, selected by the pattern ``under_test*``."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    monkeypatch.setattr(sys, "pycache_prefix", None)
+    hook.install(Selection(patterns=["under_test*"]))
+
+    def write(**files: str) -> Path:
+        for name, text in files.items():
+            path = tmp_path.joinpath(*name.split("__")).with_suffix(".py")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(textwrap.dedent(text))
+        return tmp_path
+
+    yield write
+    hook.uninstall()
+    for name in [name for name in sys.modules if name.startswith("under_test")]:
+        del sys.modules[name]
+
+
+@dataclass
+class Outcome:
+    """What a process leaves."""
+
+    status: int
+    stdout: str
+    stderr: str
+
+
+@pytest.fixture
+def both(tmp_path: Path) -> Callable[..., tuple[Outcome, Outcome]]:
+    """Runs a program plain and instrumented, in processes of their own."""
+
+    def run(*words: str, python: tuple[str, ...] = (), **environment: str) -> tuple[Any, Any]:
+        return (
+            _process([sys.executable, *python, *words], tmp_path, environment),
+            _process([sys.executable, *python, "-c", _RUN, *words], tmp_path, environment),
+        )
+
+    return run
+
+
+def _process(command: list[str], folder: Path, environment: dict[str, str]) -> Outcome:
+    done = subprocess.run(
+        command,
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": "0", **environment},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    return Outcome(done.returncode, done.stdout, done.stderr)

@@ -1,0 +1,227 @@
+"""Histories that go on for ever: memory and expressions stay small, values stay what they are."""
+
+from __future__ import annotations
+
+import gc
+import math
+import random
+import tracemalloc
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from rosslt_auto.provenance import provenance, untracked
+from rosslt_auto.provenance.expressions import evaluate, gradient, operands, topological
+from rosslt_auto.provenance.folding import fold
+from rosslt_auto.provenance.values import DEPTH_LIMIT
+from support.tracked import apply, bits, sources_by_name, tracked
+
+STEPS = 100_000
+
+
+def integrator(x: Any, dt: Any, n: int) -> Any:
+    for _ in range(n):
+        x = x + dt
+    return x
+
+
+def filtered(y: Any, a: Any, n: int, measured: Callable[[int], Any]) -> Any:
+    for i in range(n):
+        y = a * measured(i) + (1 - a) * y
+    return y
+
+
+def random_walk(values: list[Any], n: int) -> Any:
+    """Mixed operations on several values that depend on each other; stays in bounds."""
+    choose = random.Random(1)
+    state = list(values)
+    for _ in range(n):
+        i, j = choose.randrange(len(state)), choose.randrange(len(state))
+        kind = choose.randrange(5)
+        if kind == 0:
+            state[i] = state[i] * 0.5 + state[j] * 0.5
+        elif kind == 1:
+            state[i] = state[i] - state[j] / 3
+        elif kind == 2:
+            state[i] = apply("sin", state[i]) + values[j]
+        elif kind == 3:
+            state[i] = (state[i] * state[j]) % 7.0
+        else:
+            state[i] = -abs(state[i])
+    return state[0] + state[1] + state[2]
+
+
+def operators_of(value: Any) -> set[str]:
+    return {node._op.name for node in topological([value])}
+
+
+def test_integrator() -> None:
+    x, dt = tracked(10.0, "x"), tracked(0.01, "dt")
+    value = integrator(x, dt, STEPS)
+    assert bits(untracked(value)) == bits(integrator(10.0, 0.01, STEPS))
+    assert value._depth <= DEPTH_LIMIT
+    assert len(topological([value])) <= DEPTH_LIMIT + 10
+    assert "affine" in operators_of(value)
+    assert "linear" not in operators_of(value)
+    sources = sources_by_name(value)
+    slopes = gradient(value)
+    assert slopes[sources["x"]] == 1.0
+    assert math.isclose(slopes[sources["dt"]], STEPS)
+    for changes in ({"x": 0.0}, {"dt": 0.5}, {"x": -3.0, "dt": 0.001}):
+        expected = changes.get("x", 10.0) + STEPS * changes.get("dt", 0.01)
+        found = provenance(value).evaluate(changes)
+        assert math.isclose(found, expected, rel_tol=1e-9)
+    [(source, wanted)] = provenance(value).invert(0.0).changes.items()
+    assert source.parameter == "x"
+    assert math.isclose(wanted, -STEPS * 0.01, rel_tol=1e-9)
+    [(source, wanted)] = provenance(value).invert(0.0, source="dt").changes.items()
+    assert math.isclose(wanted, -10 / STEPS, rel_tol=1e-9)
+
+
+def test_counter_is_exact() -> None:
+    """Integers lose nothing, and give no float."""
+    count, step = tracked(0, "count"), tracked(3, "step")
+    value = integrator(count, step, STEPS)
+    assert untracked(value) == 3 * STEPS
+    assert provenance(value).evaluate({"count": 7}) == 3 * STEPS + 7
+    assert type(provenance(value).evaluate({"count": 7, "step": 2})) is int
+    assert provenance(value).evaluate({"count": 7, "step": 2}) == 2 * STEPS + 7
+    assert provenance(value).invert(1).changes == {sources_by_name(value)["count"]: 1 - 3 * STEPS}
+
+
+def test_filter() -> None:
+    """y = a * x + (1 - a) * y: affine in the measurements, but not in a."""
+
+    def measured(i: int) -> float:
+        return 2.0 + (i % 7) / 10
+
+    def tracked_measurement(i: int) -> Any:
+        return tracked(measured(i), "x")
+
+    n = 20_000
+    y, a = tracked(0.0, "y"), tracked(0.05, "a")
+    value = filtered(y, a, n, tracked_measurement)
+    assert bits(untracked(value)) == bits(filtered(0.0, 0.05, n, measured))
+    assert value._depth <= DEPTH_LIMIT
+    assert len(topological([value])) < 8 * DEPTH_LIMIT
+    assert "linear" in operators_of(value)
+    assert bits(evaluate(value, {})) == bits(untracked(value))
+    plain = filtered(y, 0.05, n, measured)
+    assert "linear" not in operators_of(plain)
+    assert bits(untracked(plain)) == bits(untracked(value))
+
+
+def test_first_order_form_is_right_for_small_changes() -> None:
+    """And is shown to be one."""
+    a = tracked(0.999, "a")
+    value = a
+    plain = {0.999: 0.999, 0.99901: 0.99901}
+    for _ in range(3000):
+        value = value * a + 0.001
+        plain = {start: old * start + 0.001 for start, old in plain.items()}
+    assert bits(untracked(value)) == bits(plain[0.999])
+    found = provenance(value).evaluate({"a": 0.99901})
+    assert math.isclose(found, plain[0.99901], rel_tol=1e-2)
+    assert found != untracked(value)
+    fold(value)
+    assert provenance(value).expression.startswith("≈")
+    assert "linear" in operators_of(value)
+
+
+def test_random_walk() -> None:
+    start = [0.5, 1.5, -2.0]
+    values = [tracked(v, f"v{i}") for i, v in enumerate(start)]
+    found = random_walk(values, 30_000)
+    assert bits(untracked(found)) == bits(untracked(random_walk(start, 30_000)))
+    assert found._depth <= DEPTH_LIMIT
+    assert len(topological([found])) < 16 * DEPTH_LIMIT
+    assert bits(evaluate(found, {})) == bits(untracked(found))
+    assert provenance(found).expression
+
+
+def test_text_of_a_folded_value_is_short() -> None:
+    value = integrator(tracked(10.0, "x"), tracked(0.5, "dt"), 3000)
+    assert len(provenance(value).expression) < 500
+    fold(value)
+    assert provenance(value).expression == "1510.0 + (x - 10.0) + 3000 * (dt - 0.5)"
+
+
+def test_short_histories_are_kept_as_they_are() -> None:
+    """A thousand operations, as in the benchmark."""
+    value = integrator(tracked(0.0, "x"), 1.0, 1000)
+    assert operators_of(value) == {"source", "add"}
+
+
+@pytest.mark.parametrize("width", [1, 10, 300])
+def test_values_built_on_a_long_history_do_not_fold_it_again(width: int) -> None:
+    """The history is folded once, for all of them."""
+    base = integrator(tracked(0.0, "x"), tracked(0.5, "dt"), DEPTH_LIMIT - 2)
+    derived = [((base + i) * 2.0 - 1.0) / 3.0 for i in range(width)]
+    assert base._depth <= DEPTH_LIMIT
+    again = [((base + i) * 2.0 - 1.0) / 3.0 for i in range(width)]
+    assert all(value._depth < DEPTH_LIMIT // 2 for value in again)
+    for i, value in enumerate(derived):
+        assert math.isclose(
+            provenance(value).evaluate({"x": 1.0}),
+            ((1.0 + 0.5 * (DEPTH_LIMIT - 2) + i) * 2 - 1) / 3,
+            rel_tol=1e-9,
+        )
+    total = sum(map(untracked, derived))
+    deep = derived[0]
+    for value in derived[1:]:
+        deep = deep + value
+    assert math.isclose(untracked(deep), total)
+
+
+def test_depths_are_true() -> None:
+    """Also of what was folded in place."""
+    value = random_walk([tracked(v, f"v{v}") for v in (0.5, 1.5, -2.0)], 3000)
+    for node in topological([value]):
+        below = [o._depth for o in operands(node) if hasattr(o, "_depth")]
+        assert not below or node._depth > max(below)
+
+
+@pytest.mark.parametrize("name", ["integrator", "counter", "filter", "walk"])
+def test_memory_stays_flat(name: str) -> None:
+    """Between some thousand steps and many times as many."""
+    x, dt = tracked(10.0, "x"), tracked(0.01, "dt")
+    state: list[Any] = {
+        "integrator": [x], "counter": [tracked(0, "n")], "filter": [x], "walk": [x, dt, x + dt],
+    }[name]  # fmt: skip
+
+    def go_on(steps: int) -> None:
+        if name == "integrator":
+            state[0] = integrator(state[0], dt, steps)
+        elif name == "counter":
+            state[0] = integrator(state[0], 1, steps)
+        elif name == "filter":
+            state[0] = filtered(state[0], dt, steps, lambda i: i % 5)
+        else:
+            for i in range(steps):
+                j = i % 3
+                state[j] = apply("tanh", state[j] + state[j - 1] * 0.5 - dt)
+
+    go_on(2 * DEPTH_LIMIT)
+    tracemalloc.start()
+    try:
+        most = []
+        for _ in range(2):
+            tracemalloc.reset_peak()
+            for _ in range(4):
+                go_on(DEPTH_LIMIT // 2)
+            gc.collect()
+            most.append(tracemalloc.get_traced_memory()[1])
+    finally:
+        tracemalloc.stop()
+    assert most[1] - most[0] < 500_000
+
+
+def test_the_longest_chain_does_not_overflow() -> None:
+    """No walk recurses, and letting go of a deep graph does not either."""
+    value = integrator(tracked(0.0, "x"), tracked(1.0, "dt"), DEPTH_LIMIT - 1)
+    copies = [value * i for i in range(50)]
+    del value
+    assert provenance(copies[-1]).evaluate({"x": 1.0}) == 49 * DEPTH_LIMIT
+    del copies
+    gc.collect()

@@ -1,0 +1,189 @@
+"""Forcing values: which source is changed, to what, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from rosslt_auto.provenance import NotInvertible, provenance, untracked
+from rosslt_auto.provenance.inversion import (
+    alternatives,
+    check_target,
+    invert,
+    invert_many,
+    reached,
+)
+from support.tracked import apply, tracked
+
+
+def changes(value: Any, target: Any, *policy: str, **options: Any) -> dict[str, Any]:
+    found = invert(value, target, *policy, **options)
+    assert found.exact
+    assert reached(found.value, target)
+    return {source.parameter: new for source, new in found.changes.items()}
+
+
+A, B, C = tracked(2.0, "a"), tracked(3.0, "b"), tracked(5.0, "c")
+N, M = tracked(4, "n"), tracked(6, "m")
+
+
+@pytest.mark.parametrize(
+    ("value", "target", "expected"),
+    [
+        (A + 1, 5.0, {"a": 4.0}), (1 + A, 5.0, {"a": 4.0}), (A - 1, 5.0, {"a": 6.0}),
+        (1 - A, 5.0, {"a": -4.0}), (A * 4, 2.0, {"a": 0.5}), (A / 4, 2.0, {"a": 8.0}),
+        (4 / A, 8.0, {"a": 0.5}), (-A, 5.0, {"a": -5.0}), (A**2, 9.0, {"a": 3.0}),
+        (2**A, 8.0, {"a": 3.0}), (abs(-A), 7.0, {"a": 7.0}), (N + 1, 9, {"n": 8}),
+        (N * 3, 21, {"n": 7}), (N // 2, 5, {"n": 10}), (N % 5, 2, {"n": 2}), (~N, 5, {"n": -6}),
+        (N << 2, 32, {"n": 8}), (N >> 1, 5, {"n": 10}), (N ^ 1, 8, {"n": 9}),
+        (N / 8, 2.0, {"n": 16}),
+        (A + B, 7.0, {"a": 4.0}), (B + A, 7.0, {"b": 5.0}), (A * 1.5 + B * C, 3.0, {"a": -8.0}),
+        (A, 7.5, {"a": 7.5}), (N, 7, {"n": 7}), (A, 7, {"a": 7.0}),
+    ],
+)  # fmt: skip
+def test_left_bias(value: Any, target: Any, expected: dict[str, Any]) -> None:
+    assert changes(value, target) == pytest.approx(expected)
+
+
+def test_coefficients_come_after_names() -> None:
+    """The 2 of ``2 * count`` is a source too, but not the one that is meant."""
+    two = tracked(2, "two", named=False)
+    assert changes(two * N, 14) == {"n": 7}
+    assert changes(two * N, 12, source="two") == {"two": 3}
+
+
+def test_what_cannot_is_passed_over() -> None:
+    """An int that would have to be a fraction leaves it to the next source."""
+    assert changes(N * A, 9.0) == {"a": 2.25}
+    assert changes(N + A, 6.5) == {"a": 2.5}
+
+
+@pytest.mark.parametrize(
+    ("value", "target"),
+    [
+        (A * 0.0, 1.0), (0.0 * A, -1.0), (A * A, -1.0), (A * A + A, -1.0), (abs(A), -1.0),
+        (A % 3, 4.0),
+        (0.0 / A, 1.0), (apply("sin", A) + apply("sin", A), 3.0), (A - A, 1.0), (A / A, 2.0),
+        (A**2, -4.0),
+    ],
+)  # fmt: skip
+def test_unreachable(value: Any, target: float) -> None:
+    for policy in ("left", "least-change"):
+        with pytest.raises(NotInvertible) as refusal:
+            invert(value, target, policy)
+        assert str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("value", "target"),
+    [
+        (A, math.nan),
+        (A, math.inf),
+        (A, "1"),
+        (A, True),
+        (A, None),
+        (N, 1.0),
+        (N, math.nan),
+        (A, 1j),
+    ],
+)
+def test_wrong_targets(value: Any, target: Any) -> None:
+    with pytest.raises(NotInvertible):
+        check_target(value, target)
+    with pytest.raises(NotInvertible):
+        invert(value * 2, target)
+
+
+def test_wrong_questions() -> None:
+    with pytest.raises(NotInvertible, match="no provenance"):
+        invert(1.5, 2.0)
+    with pytest.raises(NotInvertible, match="policy"):
+        invert(A, 2.0, "nonsense")
+    with pytest.raises(NotInvertible, match="not a source"):
+        invert(A, 2.0, source="b")
+    assert provenance(1.5) is None
+    with pytest.raises(KeyError, match="not a source"):
+        provenance(A).evaluate({"b": 1.0})
+
+
+@pytest.mark.parametrize(
+    ("value", "target"),
+    [
+        (A * A, 9.0), (A * A * A, -27.0), (A * A + 3 * A, 2.0), (A + A, 5.0), (A * B + A, 5.0),
+        (apply("sin", A) + A, 4.0), (apply("exp", A) * A, 1.0), (A / (A + 1), 0.25),
+        (apply("cos", A) * A, 10.0),
+    ],
+)  # fmt: skip
+def test_aliasing(value: Any, target: float) -> None:
+    """A source that occurs several times (Section V-A)."""
+    assert list(changes(value, target)) == ["a"]
+
+
+def test_nearest_of_whole_numbers() -> None:
+    for value, target, expected in ((N * 2, 15, {"n": 7}), (N * N, 26, {"n": 5})):
+        found = invert(value, target)
+        assert not found.exact
+        assert {s.parameter: new for s, new in found.changes.items()} == expected
+        assert untracked(found.value) != target
+    with pytest.raises(NotInvertible):
+        invert(tracked(7, "n") * 2, 15)  # it is as near as it can be
+
+
+def test_least_change() -> None:
+    """Every source moves a little for its size, instead of one by all."""
+    found = changes(A + B + C, 20.0, "least-change")
+    assert list(sorted(found)) == ["a", "b", "c"]
+    assert found["a"] < found["b"] < found["c"]
+    assert changes(A + B, 5.0, "least-change") == {}
+
+
+def test_several_targets() -> None:
+    x, y, angle = tracked(1.0, "x"), tracked(2.0, "y"), tracked(0.5, "angle")
+    cosine, sine = apply("cos", angle), apply("sin", angle)
+    targets = [(x * cosine - y * sine, 1.5), (x * sine + y * cosine, 1.8)]
+    for policy in ("left", "least-change"):
+        found = invert_many(targets, policy)
+        assert found.exact
+        assert all(reached(v, t) for v, (_, t) in zip(found.values, targets, strict=True))
+    with pytest.raises(NotInvertible, match="same source"):
+        invert_many([(A + 1, 2.0), (A + 2, 2.0)])
+    assert invert_many([(A + 1, 2.0), (A + 2, 3.0)]).exact
+    found = invert_many([(A + B, 2.0), (A, 3.0)])  # the first target must not use up a
+    assert {s.parameter: new for s, new in found.changes.items()} == pytest.approx(
+        {"a": 3.0, "b": -1.0}
+    )
+
+
+def test_alternatives() -> None:
+    found = {s.parameter: answer for s, answer in alternatives(A * N + C, 12.0)}
+    assert [*found] == ["a", "n", "c"]
+    assert found["a"].value == found["c"].value == 12.0
+    assert isinstance(found["n"], NotInvertible)
+
+
+def test_changes_are_what_sources_can_hold() -> None:
+    found = invert(A + 0.1, 0.3)
+    assert all(type(value) is float for value in found.changes.values())
+    found = invert(N + 1.0, 7.0)
+    assert [type(value) for value in found.changes.values()] == [int]
+    with pytest.raises(NotInvertible, match="64 bits"):
+        invert(N * 1, 2**63)
+
+
+def test_large_integers_keep_every_digit() -> None:
+    big = 3**39
+    assert changes(tracked(1, "n") * 3, big * 3) == {"n": big}
+    assert changes(tracked(1, "n") - big, 1) == {"n": big + 1}
+
+
+def test_provenance_of_a_value() -> None:
+    value = 2 * N + 1
+    found = provenance(value)
+    assert found.expression == "2 * n + 1"
+    assert [source.parameter for source in found.sources] == ["n"]
+    assert found.evaluate({}) == 9
+    assert found.evaluate({"n": 5}) == found.evaluate({found.sources[0]: 5}) == 11
+    assert found.invert(11).value == 11
+    assert "9" in repr(found)

@@ -1,0 +1,156 @@
+"""Forcing fields: targets, solutions for several fields, and what counts as reached."""
+
+from typing import Any
+
+import pytest
+from geometry_msgs.msg import Point32, Twist
+
+from rosslt_auto.provenance.locations import Source
+from rosslt_auto.provenance.operators import OPERATORS
+from rosslt_auto.provenance.values import leaf, record, untracked
+from rosslt_auto.ros import forcing
+from rosslt_auto.ros.client import NoAnswer
+from rosslt_auto.ros.forcing import CannotForce, Forced, Wanted
+from rosslt_auto.ros.observer import TrackedMessage
+
+SPEED = Source("/a", "rosslt.speed", "float")
+TURN = Source("/b", "rosslt.turn", "float")
+TIME = Source("/a", "rosslt.time", "float")
+
+
+def message(**values: Any) -> TrackedMessage:
+    twist = Twist()
+    for path, value in values.items():
+        part, _, axis = path.partition("_")
+        setattr(getattr(twist, part), axis, value)
+    return TrackedMessage(twist)
+
+
+def wanted(message_type: Any = Twist, **targets: Any) -> list[Wanted]:
+    return forcing.wanted_fields(
+        message_type, {path.replace("_", "."): target for path, target in targets.items()}
+    )
+
+
+class Arriving:
+    """Messages as a subscription gives them."""
+
+    topic = "/cmd"
+
+    def __init__(self, *messages: TrackedMessage) -> None:
+        self.messages = list(messages)
+
+    def next(self, deadline: float) -> TrackedMessage:
+        if not self.messages:
+            raise NoAnswer("no message")
+        return self.messages.pop(0)
+
+
+def verify(
+    forced: TrackedMessage, targets: list[Wanted], solution: dict[Source, Any], *after: Any
+) -> Forced:
+    result = Forced("/cmd")
+    result.fields = {one.path: {"target": one.target, "value": None} for one in targets}
+    forcing._verify(Arriving(*after), targets, forced, solution, result, 1.0)  # type: ignore[arg-type]
+    return result
+
+
+def test_targets_are_what_the_field_will_show() -> None:
+    [x] = forcing.wanted_fields(Point32, {"x": "0.1"})
+    assert x.target == 0.10000000149011612
+    assert x.shown_by(0.10000000149011612)
+    assert not x.shown_by(0.1001)
+
+
+@pytest.mark.parametrize("targets", [{"linear.q": "1"}, {"linear": "1"}, {"linear.x": "fast"}])
+def test_targets_that_cannot_be(targets: dict[str, str]) -> None:
+    with pytest.raises(CannotForce, match=r"linear"):
+        forcing.wanted_fields(Twist, targets)
+
+
+def test_fields_are_solved_together() -> None:
+    speed, turn = leaf(SPEED, 2.0), leaf(TURN, 0.5)
+    seen = message(linear_x=speed * turn, angular_z=turn)
+    targets = wanted(linear_x="3", angular_z="1.5")
+    assert forcing.solve(seen, targets) == {TURN: 1.5}
+    changes = forcing.changes_for(seen, {TURN: 1.5})
+    assert [change.to_json() for change in changes] == [
+        {"node": "/b", "parameter": "rosslt.turn", "old": 0.5, "new": 1.5}
+    ]
+
+
+def test_one_source_cannot_serve_two_targets() -> None:
+    speed = leaf(SPEED, 2.0)
+    seen = message(linear_x=speed, linear_y=speed + 1)
+    with pytest.raises(CannotForce, match=r"linear"):
+        forcing.solve(seen, wanted(linear_x=1.0, linear_y=5.0))
+
+
+def test_what_is_there_needs_no_change() -> None:
+    seen = message(linear_x=leaf(SPEED, 2.0))
+    assert forcing.solve(seen, wanted(linear_x=2)) == {}
+
+
+def test_a_source_that_no_node_owns() -> None:
+    nobody = Source(None, "rosslt.nobody", "float")
+    seen = message(linear_x=leaf(nobody, 2.0))
+    with pytest.raises(CannotForce, match="nobody"):
+        forcing.changes_for(seen, {nobody: 3.0})
+
+
+# What counts as reached
+
+
+def test_a_message_that_shows_the_target() -> None:
+    forced = message(linear_x=leaf(SPEED, 2.0) * 2)
+    old = message(linear_x=leaf(SPEED, 2.0) * 2)
+    new = message(linear_x=leaf(SPEED, 3.0) * 2)
+    result = verify(forced, wanted(linear_x=6), {SPEED: 3.0}, old, old, new)
+    assert result.reached
+    assert result.fields["linear.x"] == {"target": 6.0, "value": 6.0}
+    assert result.reason is None
+
+
+def test_no_message() -> None:
+    result = verify(message(linear_x=leaf(SPEED, 2.0)), wanted(linear_x=3), {SPEED: 3.0})
+    assert not result.reached
+    assert "no message" in str(result.reason)
+    assert result.to_json()["reason"] == result.reason
+
+
+LIMIT = Source("/a", "rosslt.limit", "float")
+
+
+@pytest.mark.parametrize("value", [5.0, leaf(LIMIT, 5.0)], ids=["plain", "from elsewhere"])
+def test_the_program_went_another_way(value: Any) -> None:
+    """The source has changed, the field does not follow it, and is not the target."""
+    forced = message(linear_x=leaf(SPEED, 2.0) * 2)
+    result = verify(forced, wanted(linear_x=6), {SPEED: 3.0}, message(linear_x=value))
+    assert not result.reached
+    assert "5.0" in str(result.reason)
+
+
+def test_a_field_that_moves_by_itself() -> None:
+    def at(time: float, speed: float) -> TrackedMessage:
+        return message(linear_x=leaf(SPEED, speed) * leaf(TIME, time))
+
+    forced = at(1.0, 2.0)
+    solution = forcing.solve(forced, wanted(linear_x=6))
+    assert solution == {SPEED: 6.0}
+    # Messages under way are computed from the old value: they prove nothing.
+    assert not verify(forced, wanted(linear_x=6), solution, at(1.5, 2.0)).reached
+    result = verify(forced, wanted(linear_x=6), solution, at(1.5, 2.0), at(2.0, 6.0))
+    assert result.reached
+    assert result.fields["linear.x"] == {"target": 6.0, "value": 12.0, "moving": True}
+
+
+def test_a_history_kept_to_first_order_proves_nothing() -> None:
+    def at(time: float, speed: float) -> TrackedMessage:
+        source = leaf(SPEED, speed)
+        op = OPERATORS["linear"]
+        value = record(op, speed * time, speed * time, source, speed, time, 1)
+        return message(linear_x=value)
+
+    result = verify(at(1.0, 2.0), wanted(linear_x=6), {SPEED: 6.0}, at(2.0, 6.0))
+    assert not result.reached
+    assert untracked(result.fields["linear.x"]["value"]) == 12.0

@@ -1,0 +1,128 @@
+"""What a drag changes."""
+
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+
+from rosslt_auto.views.dragging import Changed, Choice, Drag, Dragger, Refused, solve
+from support.tracked import tracked
+
+
+@dataclass
+class Message:
+    fields: dict[str, Any] = field(default_factory=dict)
+    message: Any = None
+
+
+def news(changes: Sequence[Changed]) -> dict[str, Any]:
+    return {one.source.parameter: one.new for one in changes}
+
+
+def test_all_axes_together() -> None:
+    message = Message({"x": 2 * tracked(1.0, "a"), "y": tracked(3.0, "b") + 1})
+    changes = solve(message, {"x": 5.0, "y": 6.0}, Choice())
+    assert news(changes) == {"a": 2.5, "b": 5.0}
+    assert {one.source.parameter: one.old for one in changes} == {"a": 1.0, "b": 3.0}
+
+
+def test_what_is_there_already_changes_nothing() -> None:
+    assert solve(Message({"x": tracked(1.0)}), {"x": 1.0}, Choice()) == []
+
+
+def test_a_chosen_source_is_changed() -> None:
+    message = Message({"x": tracked(1.0, "a") + tracked(2.0, "b")})
+    assert news(solve(message, {"x": 5.0}, Choice())) == {"a": 3.0}
+    assert news(solve(message, {"x": 5.0}, Choice(sources={"x": "b"}))) == {"b": 4.0}
+
+
+def test_least_change_moves_several() -> None:
+    message = Message({"x": tracked(1.0, "a") + tracked(1.0, "b")})
+    assert news(solve(message, {"x": 4.0}, Choice("least-change"))) == {
+        "a": pytest.approx(2.0),
+        "b": pytest.approx(2.0),
+    }
+
+
+def test_discrete_sources_snap() -> None:
+    message = Message({"x": tracked(2, "n") * 0.5})
+    assert news(solve(message, {"x": 2.2}, Choice())) == {"n": 4}
+
+
+@pytest.mark.parametrize(
+    "message", [Message(), Message({"x": 0.0 * tracked(1.0)}), Message({"y": tracked(1.0)})]
+)
+def test_what_cannot_be_reached_is_refused(message: Message) -> None:
+    with pytest.raises(Refused):
+        solve(message, {"x": 5.0}, Choice())
+
+
+def test_a_drag_follows_the_latest_message() -> None:
+    drag = Drag(Message({"x": 2 * tracked(1.0, "a")}), Choice())
+    assert news(drag.to(None, {"x": 4.0})) == {"a": 2.0}
+    assert news(drag.to(Message({"x": 3 * tracked(2.0, "a")}), {"x": 9.0})) == {"a": 3.0}
+
+
+def test_a_drag_keeps_to_its_source() -> None:
+    drag = Drag(Message({"x": tracked(1.0, "a") + tracked(0.0, "b")}), Choice())
+    assert news(drag.to(None, {"x": 4.0})) == {"a": 4.0}
+    turned = Message({"x": tracked(0.0, "b") + tracked(4.0, "a")})
+    assert news(drag.to(turned, {"x": 5.0})) == {"a": 5.0}
+
+
+def test_a_drag_does_not_slip_to_the_next_waypoint() -> None:
+    drag = Drag(Message({"x": tracked(1.0, "first")}), Choice())
+    assert news(drag.to(None, {"x": 2.0})) == {"first": 2.0}
+    assert news(drag.to(Message({"x": tracked(7.0, "second")}), {"x": 3.0})) == {"first": 3.0}
+
+
+def test_a_drag_remembers_the_values_before() -> None:
+    drag = Drag(Message({"x": tracked(1.0, "a")}), Choice())
+    for old, new in ((1.0, 2.0), (2.0, 3.0)):
+        drag.made(drag.to(Message({"x": tracked(old, "a")}), {"x": new}))
+    [change] = drag.changed.values()
+    assert (change.old, change.new) == (1.0, 3.0)
+
+
+def test_the_last_target_is_reached_and_others_are_passed_over() -> None:
+    applied: list[float] = []
+    go_on = threading.Event()
+
+    def apply(changes: Sequence[Changed]) -> None:
+        assert go_on.wait(10.0)
+        applied.append(changes[0].new)
+
+    dragger = Dragger(Drag(Message({"x": tracked(0.0)}), Choice()), lambda: None, apply)
+    for i in range(1, 101):
+        dragger.to({"x": float(i)})
+    go_on.set()
+    dragger.release(10.0)
+    assert applied[-1] == 100.0
+    assert len(applied) <= 3
+
+
+def test_a_refusal_is_reported_and_does_not_end_the_drag() -> None:
+    reasons: list[str] = []
+    applied: list[float] = []
+    heard = threading.Event()
+
+    def apply(changes: Sequence[Changed]) -> None:
+        if changes[0].new > 5:
+            raise ValueError("too far")
+        applied.append(changes[0].new)
+
+    def report(reason: str) -> None:
+        reasons.append(reason)
+        heard.set()
+
+    drag = Drag(Message({"x": tracked(0.0)}), Choice())
+    dragger = Dragger(drag, lambda: None, apply, report)
+    dragger.to({"x": 9.0})
+    assert heard.wait(10.0)
+    dragger.to({"x": 2.0})
+    dragger.release(10.0)
+    assert reasons == ["too far", ""]
+    assert applied == [2.0]
+    assert [one.new for one in drag.changed.values()] == [2.0]
