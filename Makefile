@@ -4,11 +4,12 @@ VENV ?= .venv
 PYTHON ?=
 RUN := $(VENV)/bin/python
 
-.PHONY: help demo test lint format bench clean venv
+.PHONY: help demo test test-browser lint format bench clean venv
 
 help:
 	@echo "make demo   the main job on two unmodified nodes, in this terminal"
 	@echo "make test   lint, types, and all tests (ARGS='-k name' for some of them)"
+	@echo "make test-browser   the page of \`view\` in a real browser"
 	@echo "make lint   ruff and mypy only       make format   ruff's formatter"
 	@echo "make bench  the benchmarks           make clean    removes what was made here"
 
@@ -16,10 +17,15 @@ venv:
 	@.ci/setup "$(VENV)" $(PYTHON)
 
 demo: venv
-	@$(RUN) -m rosslt_auto demo
+	@$(RUN) -m rosslt_auto demo --terminal
 
 test: lint
-	$(RUN) -m pytest $(ARGS)
+	$(RUN) -m pytest -n 2 -m "not browser" $(ARGS)
+
+# Needs Chromium (Debian: apt install chromium), found on PATH or named by CHROMIUM.
+test-browser: venv
+	$(VENV)/bin/pip install --quiet playwright
+	$(RUN) -m pytest -m browser $(ARGS)
 
 lint: venv
 	$(RUN) -m ruff check

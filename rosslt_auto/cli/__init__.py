@@ -12,9 +12,10 @@ VERBS = {
     "echo": "print messages and where their fields come from",
     "force": "give fields of messages new values by changing their sources",
     "locations": "list what can be changed now",
+    "save": "write changed literals into their source files",
     "view": "see messages in the browser and drag what can be changed",
     "markers": "the same for RViz, as interactive markers",
-    "demo": "show the main job on two sample nodes",
+    "demo": "show the quadcopter example, or with --terminal two sample nodes",
 }
 
 PROGRAM = "python -m rosslt_auto"

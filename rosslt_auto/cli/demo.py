@@ -12,9 +12,10 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from . import Failure, need_ros, options, say
+from .terminal_demo import sample_nodes
 
 NODES = ("interactive_script.py", "slt_trajectory.py", "slt_quad.py")
 TOPICS = ("/trajectory_marker", "/quad_marker")
@@ -48,14 +49,6 @@ def main(words: Sequence[str]) -> int:
     return _run(arguments, sample_nodes())
 
 
-def sample_nodes() -> Path:
-    """The folder with the sample nodes; raises Failure where the project is not a checkout."""
-    folder = Path(__file__).resolve().parents[2] / "sample_nodes"
-    if not folder.is_dir():
-        raise Failure("the sample nodes are not installed: run the demo in a clone of the project")
-    return folder
-
-
 def _run(arguments: Any, folder: Path) -> int:
     # A domain of its own on this machine: no robot nearby shall take part.
     os.environ.setdefault("ROS_DOMAIN_ID", str(random.randint(1, 99)))
@@ -71,7 +64,7 @@ def _run(arguments: Any, folder: Path) -> int:
         with Observer("demo") as observer:
             try:
                 with (
-                    Session(observer, TOPICS, saver()) as session,
+                    Session(observer, TOPICS, saver(observer)) as session,
                     Page(session, arguments.host, arguments.port) as page,
                 ):
                     dead = threading.Event()
@@ -130,16 +123,22 @@ def _ending_like_interrupted() -> Iterator[None]:
 
 @contextmanager
 def _running(folder: Path) -> Iterator[list[Any]]:
-    """The nodes, until the end. Ctrl-C in a terminal is not for them: they are ended here."""
-    nodes = [
-        subprocess.Popen(
-            [sys.executable, "-m", "rosslt_auto", "run", str(folder / name)], process_group=0
-        )
-        for name in NODES
-    ]
+    """The nodes, until the end. Ctrl-C in a terminal is not for them: they are ended here.
+
+    What they complain about is passed on, but not at the end: an interrupted rclpy node that is
+    just publishing cannot, and says so.
+    """
+    ending = threading.Event()
+    nodes = []
+    for name in NODES:
+        command = [sys.executable, "-m", "rosslt_auto", "run", str(folder / name)]
+        node = subprocess.Popen(command, stderr=subprocess.PIPE, process_group=0)
+        nodes.append(node)
+        threading.Thread(target=_pass_on, args=(node.stderr, ending), daemon=True).start()
     try:
         yield nodes
     finally:
+        ending.set()
         for node in nodes:
             node.terminate()
         deadline = time.monotonic() + _END
@@ -148,3 +147,10 @@ def _running(folder: Path) -> Iterator[list[Any]]:
                 node.wait(max(0.1, deadline - time.monotonic()))
             except subprocess.TimeoutExpired:
                 node.kill()
+
+
+def _pass_on(stream: IO[bytes], ending: threading.Event) -> None:
+    for line in stream:
+        if not ending.is_set():
+            sys.stderr.write(line.decode(errors="replace"))
+            sys.stderr.flush()

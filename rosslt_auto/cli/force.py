@@ -16,8 +16,11 @@ def main(words: Sequence[str]) -> int:
         "force",
         "Makes fields of the next messages have these values by changing their sources, together.",
     )
-    parser.add_argument("topic", metavar="TOPIC")
-    parser.add_argument("targets", metavar="PATH=VALUE", nargs="+", help="such as data=14")
+    parser.add_argument("topic", metavar="TOPIC", nargs="?")
+    parser.add_argument("targets", metavar="PATH=VALUE", nargs="*", help="such as data=14")
+    parser.add_argument(
+        "--undo", action="store_true", help="take the latest force back; again for the one before"
+    )
     parser.add_argument(
         "--policy", choices=POLICIES, default="left", help="which sources to change (default: left)"
     )
@@ -26,6 +29,13 @@ def main(words: Sequence[str]) -> int:
     options.add_timeout(parser, 5.0, "seconds to wait for a message (default: 5)")
     options.add_json(parser)
     arguments = parser.parse_args(words)
+    if arguments.undo:
+        if arguments.topic is not None:
+            parser.error("--undo takes back whatever was forced last: no TOPIC")
+        need_ros()
+        return _undo(arguments)
+    if not arguments.targets:
+        parser.error("the following arguments are required: TOPIC PATH=VALUE")
     targets: dict[str, str] = {}
     for target in arguments.targets:
         path, equals, value = target.partition("=")
@@ -68,6 +78,38 @@ def _force(arguments: Any, targets: dict[str, str]) -> int:
     return 0
 
 
+def _undo(arguments: Any) -> int:
+    from rosslt_auto.ros.client import ChangeRefused, NoAnswer
+    from rosslt_auto.ros.forcing import undo
+    from rosslt_auto.ros.observer import Observer
+
+    with Observer("force") as observer:
+        try:
+            changes = undo(observer, arguments.timeout)
+        except (ChangeRefused, NoAnswer) as error:
+            raise Failure(str(error)) from None
+    if not changes:
+        raise Failure("nothing has been forced in this domain that could be taken back")
+    if arguments.json:
+        show.print_json({"changes": [change.to_json() for change in changes]})
+    else:
+        _print_changes("changed back", changes)
+    return 0
+
+
+def _print_changes(verb: str, changes: Sequence[Any]) -> None:
+    from rich.text import Text
+
+    console = show.console()
+    for change in changes:
+        console.print(
+            Text.assemble(
+                f"{verb} ", (change.parameter, "green"), (f" of {change.node}", "dim"),
+                f": {change.old!r} -> ", (repr(change.new), "bold"),
+            )
+        )  # fmt: skip
+
+
 def _print(result: Any) -> None:
     from rich.text import Text
 
@@ -75,13 +117,11 @@ def _print(result: Any) -> None:
     verb = "would change" if result.dry_run else "changed"
     if not result.changes:
         console.print("nothing to change")
-    for change in result.changes:
-        console.print(
-            Text.assemble(
-                f"{verb} ", (change.parameter, "green"), (f" of {change.node}", "dim"),
-                f": {change.old!r} -> ", (repr(change.new), "bold"),
-            )
-        )  # fmt: skip
+    _print_changes(verb, result.changes)
+    for path, entries in result.alternatives.items():
+        for entry in entries:
+            answer = entry.get("reason") or f"-> {entry['new']!r}"
+            console.print(f"  {path}: {entry['parameter']} alone {answer}", style="dim")
     if result.reached:
         for path, entry in result.fields.items():
             moving = f"  (moves by itself, was to be {entry['target']!r})"

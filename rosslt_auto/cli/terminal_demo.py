@@ -51,7 +51,7 @@ def run() -> int:
             ).returncode
             if status:
                 raise Failure(f"the demo's `{words}` failed with status {status}")
-    console.print("\nThe files are as they were: only the running nodes have changed.", style="bold")
+    console.print("\nThe files are as they were: only running nodes have changed.", style="bold")
     return 0
 
 

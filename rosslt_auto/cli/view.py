@@ -26,7 +26,7 @@ def main(words: Sequence[str]) -> int:
     with Observer("view") as observer:
         try:
             with (
-                Session(observer, arguments.topics, saver()) as session,
+                Session(observer, arguments.topics, saver(observer)) as session,
                 Page(session, arguments.host, arguments.port) as page,
             ):
                 print(page.address, flush=True)
@@ -66,6 +66,8 @@ def need_viser() -> None:
         raise Failure(NO_VISER) from None
 
 
-def saver() -> Any:
-    """What writes changes into files, None where nothing can."""
-    return None
+def saver(observer: Any) -> Any:
+    """What writes changes into files."""
+    from rosslt_auto.ros.saving import ViewSaver
+
+    return ViewSaver(observer)

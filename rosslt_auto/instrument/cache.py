@@ -17,13 +17,21 @@ from importlib.machinery import BYTECODE_SUFFIXES
 from types import CodeType
 from typing import NamedTuple
 
-FORMAT = 1
+from ..provenance.locations import fingerprint
+
+FORMAT = 2
 """Changes with the layout of entries; changes of the rewriter are noticed by themselves."""
+
+INTERPOLATIONS = "+"
+"""What the name of a module's table is followed by in the name of its list of f-strings."""
 
 _CHECKED_HASH = (0b11).to_bytes(4, "little")  # PEP 552: flags of a checked hash-based pyc
 _ENGINE_FILES = tuple(
     f"{name}.py"
-    for name in ("plain", "naming", "call_sites", "walk", "statements", "expressions", "rewriter")
+    for name in (
+        "plain", "naming", "calls", "file_calls", "call_sites", "walk", "interpolations",
+        "statements", "expressions", "rewriter",
+    )  # fmt: skip
 )
 
 
@@ -35,6 +43,7 @@ class Entry(NamedTuple):
     table   the name of its table of literals
     values  the literals' values
     infos   what is known of each literal, marshalled: it is needed late or never
+    parts   what each of its f-strings is made of
     """
 
     module: str
@@ -43,6 +52,7 @@ class Entry(NamedTuple):
     code: CodeType
     values: tuple
     infos: bytes
+    parts: tuple
 
 
 def path_for(source_path: str) -> str | None:
@@ -91,7 +101,7 @@ def write(cache_path: str, source: bytes, entry: Entry) -> None:
 
 def table_name(module: str, path: str, source: bytes) -> str:
     """The name of a module's table: no program can write it, no other module has it."""
-    return f"@rosslt.{module}.{zlib.crc32(source, zlib.crc32(os.fsencode(path))):08x}"
+    return f"@rosslt.{module}.{fingerprint(path, source)}"
 
 
 def _header(source: bytes) -> bytes:

@@ -8,10 +8,16 @@ from __future__ import annotations
 
 import ast
 
+from ..provenance.array_names import CALLS as ARRAY_CALLS
 from .calls import CALL, CALL_1, CALL_2
+from .file_calls import CALL_FILE, FILE_CALLS
 
-BUILTIN_CALLS = frozenset({"float", "int", "sum", "type"})
-"""Builtins that would drop provenance. (abs, round, divmod, pow, min and max do not.)"""
+BUILTIN_CALLS = frozenset({"float", "int", "max", "min", "str", "sum", "type"})
+"""Builtins that would drop provenance, or some of it. (abs, round, divmod and pow do not.)"""
+
+ARRAY_MODULES = frozenset({"array", "numpy"})
+FILE_MODULES = frozenset({"json", "yaml"})
+"""Modules whose functions the names of a program are followed to."""
 
 MATH_CALLS = frozenset(
     {
@@ -28,26 +34,54 @@ Not floor, ceil, trunc and prod, which ask the operand's own methods; nor those 
 with truth values as results, which take a tracked number like a plain one.
 """
 
+METHOD_CALLS = MATH_CALLS | ARRAY_CALLS | FILE_CALLS
+"""Last names of functions that are called as attributes, and may be rewritten."""
+
 _OVER_ITERABLES = frozenset({"sum", "fsum"})
+_CONVERSIONS = frozenset({"float", "int", "str"})
 _NAMES_OF_INSTANCES = frozenset({"self", "cls"})
 
 
 def call_helper(node: ast.Call, name: str) -> str | None:
     """The name of our function for a call of the function above called `name`; None: leave it."""
-    func, args = node.func, node.args
-    if func.lineno != func.end_lineno:
-        return None  # rare, and where the compiler says that such a call stands is too intricate
+    args = node.args
+    if _is_spread(node):
+        return None
     plain_shape = not node.keywords and not any(isinstance(arg, ast.Starred) for arg in args)
     if name == "type":
         if not plain_shape or len(args) != 1 or _cannot_be_number(args[0]):
             return None
-    elif (
-        name in ("float", "int") and plain_shape and (len(args) != 1 or _cannot_be_number(args[0]))
-    ):
+    elif name in ("min", "max"):
+        if not plain_shape or not args:
+            return None  # with a key, or several numbers that cannot be seen
+        return CALL_2 if len(args) == 2 else CALL
+    elif name in _CONVERSIONS and plain_shape and (len(args) != 1 or _cannot_be_number(args[0])):
         return None
     if not plain_shape or name in _OVER_ITERABLES or not 1 <= len(args) <= 2:
         return CALL
     return CALL_1 if len(args) == 1 else CALL_2
+
+
+def array_helper(node: ast.Call, name: str) -> str | None:
+    """The same for a function of one of `ARRAY_MODULES`."""
+    return CALL if name in ARRAY_CALLS and not _is_spread(node) else None
+
+
+def file_helper(node: ast.Call, name: str) -> str | None:
+    """The same for a function or method that may read a file."""
+    return CALL_FILE if name in FILE_CALLS and not _is_spread(node) else None
+
+
+def _is_spread(node: ast.Call) -> bool:
+    # Rare, and where the compiler says that such a call stands is too intricate.
+    return node.func.lineno != node.func.end_lineno
+
+
+def root_name(node: ast.expr) -> str | None:
+    """The first name of ``a.b.c``, None for anything else."""
+    while isinstance(node, ast.Attribute):
+        node = node.value
+    return node.id if isinstance(node, ast.Name) else None
 
 
 def _cannot_be_number(node: ast.expr) -> bool:

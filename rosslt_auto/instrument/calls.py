@@ -11,11 +11,22 @@ from __future__ import annotations
 import builtins
 import itertools
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+from ..provenance.elements import any_tracked
 from ..provenance.operators import OPERATORS, Operator
-from ..provenance.values import TrackedFloat, TrackedInt, is_tracked, node, record, untracked
+from ..provenance.strings import tracked_str
+from ..provenance.values import (
+    PlainType,
+    TrackedFloat,
+    TrackedInt,
+    TrackedStr,
+    is_tracked,
+    node,
+    record,
+    untracked,
+)
 from .frames import unseen, unseen_methods
 
 CALL_1 = "@rosslt.call1"
@@ -38,8 +49,7 @@ An id, because a user's callable may have no hash; the plain functions live as l
 @unseen
 def call_1(function: Function, x: Any, /) -> Any:
     """``function(x)``, tracked."""
-    kind = type(x)
-    if kind is TrackedFloat or kind is TrackedInt:
+    if type(type(x)) is not type:
         tracked = _one.get(id(function))
         if tracked is not None:
             return tracked(x)
@@ -64,6 +74,17 @@ def call_any(function: Function, /, *args: Any, **keywords: Any) -> Any:
     return function(*args, **keywords)
 
 
+def learn(tracked: Mapping[int, Function]) -> None:
+    """Adds tracked versions for any arguments, by the id of a plain function that stays."""
+    _any.update(tracked)
+
+
+def forget(tracked: Mapping[int, Function]) -> None:
+    """Takes away what `learn` has added."""
+    for key in tracked:
+        _any.pop(key, None)
+
+
 def publish() -> None:
     """Lets rewritten code find the functions of this module."""
     vars(builtins).update({CALL_1: call_1, CALL_2: call_2, CALL: call_any, UNTRACKED: untracked})
@@ -75,7 +96,11 @@ def publish() -> None:
 def _unary(plain: Function, op: Operator) -> Function:
     @unseen
     def call(x: Any, /) -> Any:
-        return node(plain(x._v), op, x, None, x._depth + 1)
+        if type(type(x)) is not PlainType:
+            return plain(x)
+        value = plain(x._v)
+        x = getattr(x, "_core", x)
+        return node(value, op, x, None, x._depth + 1)
 
     return call
 
@@ -83,12 +108,8 @@ def _unary(plain: Function, op: Operator) -> Function:
 def _binary(plain: Function, op: Operator) -> Function:
     @unseen
     def call(x: Any, y: Any, /) -> Any:
-        kind, other = type(x), type(y)
-        if (
-            kind is TrackedFloat or kind is TrackedInt or other is TrackedFloat
-            or other is TrackedInt
-        ):  # fmt: skip
-            return record(op, plain(untracked(x), untracked(y)), x, y)
+        if type(type(x)) is PlainType or type(type(y)) is PlainType:
+            return record(op, plain(untracked(x), untracked(y)), _number(x), _number(y))
         return plain(x, y)
 
     return call
@@ -104,27 +125,109 @@ def _variadic(plain: Function, op: Operator, arities: Iterable[int] | None = Non
         value = plain(*map(untracked, args))
         if arities is not None and len(args) not in arities:
             return value
-        return record(op, value, *args)
+        return record(op, value, *map(_number, args))
 
     return call
 
 
+def _number(x: Any) -> Any:
+    """An operand as expressions have it: of numpy's scalars the Python number."""
+    if type(type(x)) is PlainType:
+        return getattr(x, "_core", x)
+    kind = type(x)
+    if kind is float or kind is int or not hasattr(kind, "dtype"):
+        return x
+    return x.item()
+
+
 def _plain_type(x: Any, /) -> type:
-    return float if type(x) is TrackedFloat else int
+    cls = type(x)
+    return cls._plain if type(cls) is PlainType else DISGUISED.get(type(cls), cls)
+
+
+DISGUISED: dict[type, type] = {}
+"""For metaclasses of array classes that pass for a plain one: the plain one."""
 
 
 @unseen
 def _float(x: Any, /) -> Any:
-    if type(x) is TrackedFloat:
+    kind = type(x)
+    if kind is TrackedFloat:
         return x
-    return node(float(x._v), OPERATORS["float"], x, None, x._depth + 1)
+    if type(kind) is not PlainType or kind is TrackedStr:
+        return float(x)
+    core = getattr(x, "_core", x)
+    if type(core) is TrackedFloat:
+        return core
+    return node(float(x._v), OPERATORS["float"], core, None, core._depth + 1)
 
 
 @unseen
 def _int(x: Any, /) -> Any:
-    if type(x) is TrackedInt:
+    kind = type(x)
+    if kind is TrackedInt:
         return x
-    return node(int(x._v), OPERATORS["int"], x, None, x._depth + 1)
+    if type(kind) is not PlainType or kind is TrackedStr:
+        return int(x)
+    core = getattr(x, "_core", x)
+    if type(core) is TrackedInt:
+        return core
+    return node(int(x._v), OPERATORS["int"], core, None, core._depth + 1)
+
+
+@unseen
+def _str(x: Any, /) -> Any:
+    if type(type(x)) is not PlainType:
+        return str(x)
+    core = getattr(x, "_core", x)
+    if core is x:
+        return tracked_str(x)
+    text = str(x._v)
+    return tracked_str(core) if str(core._v) == text else text
+
+
+_MANY = 256
+
+
+def _extreme(plain: Function, op: Operator) -> tuple[Function, Function]:
+    """`min` or `max` of two numbers, and in any other form.
+
+    The result is one of the operands, with the provenance of all. (Of other things than Python's
+    numbers it is that operand itself, as it is.)
+    """
+
+    @unseen
+    def of_two(x: Any, y: Any, /) -> Any:
+        if type(type(x)) is PlainType or type(type(y)) is PlainType:
+            return of_items((x, y))
+        return plain(x, y)
+
+    @unseen
+    def of_items(items: Any, /) -> Any:
+        kind = type(items)
+        if (
+            (kind is list or kind is tuple)
+            and 1 < len(items) <= _MANY
+            and any_tracked(items)
+            and all(map(_is_pythons, items))
+        ):
+            return record(op, plain(map(untracked, items)), *items)
+        return plain(items)
+
+    @unseen
+    def of_any(*items: Any, **keywords: Any) -> Any:
+        if keywords:
+            return plain(*items, **keywords)
+        return of_items(items) if len(items) > 1 else of_items(*items)
+
+    return of_two, of_any
+
+
+def _is_pythons(item: Any) -> bool:
+    kind = type(item)
+    return (
+        kind is TrackedFloat or kind is TrackedInt or kind is float or kind is int or kind is bool
+    )
 
 
 def _exactly(count: int, tracked: Function, plain: Function) -> Function:
@@ -172,7 +275,7 @@ def _sum(items: Any, /, start: Any = 0) -> Any:
     if len(operands) == 1 or not all(map(_is_number, operands)):
         return value
     value = sum(map(untracked, operands[1:]), untracked(start))
-    return record(OPERATORS["sum"], value, *operands)
+    return record(OPERATORS["sum"], value, *map(_number, operands))
 
 
 @unseen
@@ -183,7 +286,10 @@ def _any_sum(*args: Any, **keywords: Any) -> Any:
 
 
 def _is_number(item: Any) -> bool:
-    return is_tracked(item) or type(item) in (float, int, bool)
+    kind = type(item)
+    if type(kind) is PlainType:
+        return kind is not TrackedStr
+    return kind is float or kind is int or kind is bool
 
 
 @unseen
@@ -235,10 +341,12 @@ def _fill_tables() -> None:
         if arities is None or 2 in arities:
             _two[id(plain)] = _binary(plain, op)
         _any[id(plain)] = _variadic(plain, op, arities)
-    _one.update({id(float): _float, id(int): _int, id(type): _plain_type})
+    _one.update({id(float): _float, id(int): _int, id(type): _plain_type, id(str): _str})
+    for plain in (min, max):
+        _two[id(plain)], _any[id(plain)] = _extreme(plain, OPERATORS[plain.__name__])
     _two.update({id(sum): _sum, id(math.dist): _dist})
     _any[id(sum)] = _any_sum
-    for plain, tracked in ((float, _float), (int, _int)):
+    for plain, tracked in ((float, _float), (int, _int), (str, _str)):
         _any[id(plain)] = _exactly(1, _converted(tracked, plain), plain)
     _any[id(math.fsum)] = _exactly(1, _fsum, math.fsum)
     _any[id(math.dist)] = _exactly(2, _dist, math.dist)
@@ -250,5 +358,5 @@ def _fill_tables() -> None:
 
 _fill_tables()
 # An error inside of an overloaded operator must look like one of the plain operator.
-for _cls in (TrackedFloat, TrackedInt):
+for _cls in (TrackedFloat, TrackedInt, TrackedStr):
     unseen_methods(_cls)

@@ -5,14 +5,19 @@ from __future__ import annotations
 import ast
 from typing import Any
 
-from .call_sites import MATH_CALLS
+from .cache import INTERPOLATIONS
+from .call_sites import METHOD_CALLS, root_name
+from .interpolations import can_be_noted, interpolated
 from .naming import Scope
 from .plain import (
+    ALL,
     LARGE,
+    PLAIN_KEYWORDS,
     can_be_tracked,
     is_sequence,
     last_name,
     plain_from,
+    plain_texts,
     target_name,
 )
 from .walk import LOOSE, Binding, Walk, loosen
@@ -46,8 +51,9 @@ class ExpressionWalk(Walk):
             loose = loosen(binding)
             if isinstance(node.op, ast.Mult) and (is_sequence(left) or is_sequence(right)):
                 # [0.0] * 36: the elements are literals, the count is plumbing
-                self.expression(left, binding if is_sequence(left) else None)
-                self.expression(right, binding if is_sequence(right) else None)
+                # (and a text that is repeated is a line)
+                self.expression(left, binding if _is_display(left) else None)
+                self.expression(right, binding if _is_display(right) else None)
                 return
             if _is_complex(left) or _is_complex(right):
                 loose = None
@@ -77,21 +83,35 @@ class ExpressionWalk(Walk):
         func = node.func
         kind = func.__class__
         if kind is ast.Attribute:
-            self._attribute(func, (func.attr, False))  # type: ignore[arg-type, attr-defined]
-            if func.attr in MATH_CALLS:  # type: ignore[attr-defined]
+            self._callee(func)  # type: ignore[arg-type]
+            if func.attr in METHOD_CALLS:  # type: ignore[attr-defined]
                 self.calls.append((node, self.block))
         elif kind is ast.Name:
             self.calls.append((node, self.block))
         elif kind is not ast.Constant:
             self.expression(func, LOOSE)
         name = last_name(func)
+        module = root_name(func.value) if isinstance(func, ast.Attribute) else None
+        texts = ALL if module in self.array_modules else plain_texts(name, module)
+        outer = self.plain_texts
         if node.args:
             argument: Binding = (name or "call", False)
             plain = plain_from(name)
             for index, arg in enumerate(node.args):
+                self.plain_texts = outer or index < texts
                 self.expression(arg, argument if index < plain else None)
         for keyword in node.keywords:
+            self.plain_texts = outer or texts == ALL or keyword.arg in PLAIN_KEYWORDS
             self.expression(keyword.value, (keyword.arg, True) if keyword.arg else LOOSE)
+        self.plain_texts = outer
+
+    def _callee(self, func: ast.Attribute) -> None:
+        template = func.value
+        if isinstance(template, ast.Constant):
+            if func.attr in _TEMPLATES and type(template.value) is str:
+                self.expression(template, (func.attr, False))
+        else:
+            self._attribute(func, (func.attr, False))
 
     def _attribute(self, node: ast.Attribute, binding: Binding) -> None:
         if node.value.__class__ is not ast.Constant:
@@ -165,10 +185,19 @@ class ExpressionWalk(Walk):
         self.expression(node.value, (node.target.id, True))
 
     def _joined(self, node: ast.JoinedStr, binding: Binding) -> None:
+        loose = loosen(binding)
         for part in node.values:
             if isinstance(part, ast.FormattedValue):
-                self.expression(part.value, loosen(binding))
+                self.expression(part.value, loose)
                 self.expression(part.format_spec, None)
+        if loose is None or self.plain_texts or not can_be_noted(node):
+            return
+        name = self.table + INTERPOLATIONS
+        parts, literals = interpolated(node, name, len(self.interpolations))
+        self.interpolations.append(parts)
+        if self.block is not None:
+            self.block.names.add(name)
+        self.expressions(literals, loose)
 
     EXPRESSIONS = {
         ast.Constant: _constant,
@@ -197,6 +226,13 @@ class ExpressionWalk(Walk):
         ast.NamedExpr: _named,
         ast.JoinedStr: _joined,
     }
+
+
+_TEMPLATES = frozenset({"format", "join"})
+
+
+def _is_display(node: ast.expr) -> bool:
+    return is_sequence(node) and not isinstance(node, ast.Constant)
 
 
 def _is_complex(node: ast.expr) -> bool:

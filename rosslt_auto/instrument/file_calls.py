@@ -9,10 +9,7 @@ from __future__ import annotations
 
 import builtins
 import io
-import locale
-import logging
 import os
-import pathlib
 import sys
 from collections import OrderedDict
 from collections.abc import Callable
@@ -33,7 +30,6 @@ FILE_CALLS = frozenset(
 _MODULES = ("json", "yaml")
 _REMEMBERED = 64
 
-_log = logging.getLogger(__name__)
 _texts: OrderedDict[tuple[int, int], tuple[str, str]] = OrderedDict()
 """Path and encoding of texts that were read, by hash and length: no text is kept alive."""
 
@@ -55,7 +51,9 @@ def _looked_at(function: Any, args: Any, keywords: Any, value: Any) -> Any:
         advice = ADVICE.get(_name(function))
         return value if advice is None else advice(value, function, args, keywords)
     except Exception:
-        _log.debug("what was read is not tracked", exc_info=True)
+        import logging
+
+        logging.getLogger(__name__).debug("what was read is not tracked", exc_info=True)
         return value
 
 
@@ -68,7 +66,10 @@ def _name(function: Any) -> str:
             known = function.__globals__.get(function.__name__) is function
             return f"{module}.{function.__name__}" if known else ""
     elif kind is MethodType:
-        return "Path.read_text" if function.__func__ is pathlib.Path.read_text else ""
+        pathlib = sys.modules.get("pathlib")
+        if pathlib is not None and function.__func__ is pathlib.Path.read_text:
+            return "Path.read_text"
+        return ""
     elif kind is type(len) and type(function.__self__) is io.TextIOWrapper:
         return f"file.{function.__name__}"
     return ""
@@ -85,6 +86,8 @@ def _file_read(value: Any, function: Any, args: Any, keywords: Any) -> Any:
 
 
 def _path_read(value: Any, function: Any, args: Any, keywords: Any) -> Any:
+    import locale
+
     encoding = args[0] if args else keywords.get("encoding")
     path = os.path.abspath(untracked(os.fspath(function.__self__)))
     _remember(value, path, untracked(encoding) or locale.getpreferredencoding(False))

@@ -22,7 +22,8 @@ from typing import Any
 import wrapt
 
 from ..provenance.locations import LiteralInfo, register_literals
-from . import cache, calls
+from ..provenance.strings import Interpolation
+from . import array_calls, cache, calls, file_calls
 from .errors import NotParsed
 from .frames import unseen
 from .selection import Selection
@@ -38,6 +39,7 @@ def install(selection: Selection) -> None:
     """Instruments the modules that `selection` selects, from their next import on."""
     if selection not in _selections:
         _selections.append(selection)
+    array_calls.install()
     for loader in (_SourceLoader, zipimport.zipimporter):
         if loader not in _originals:
             _originals[loader] = vars(loader)["get_code"]
@@ -47,6 +49,7 @@ def install(selection: Selection) -> None:
 def uninstall() -> None:
     """Imports are plain again. Modules that are instrumented already stay so."""
     _selections.clear()
+    array_calls.uninstall()
     for loader, original in list(_originals.items()):
         wrapper = vars(loader)["get_code"]
         if getattr(wrapper, "_self_wrapper", None) is _get_code:
@@ -81,6 +84,7 @@ def instrumented_code(
         if cache_path:
             cache.write(cache_path, source, entry)
     calls.publish()
+    file_calls.publish()
     if entry.values:
         register_literals(
             entry.table,
@@ -89,7 +93,10 @@ def instrumented_code(
             entry.values,
             functools.partial(_describe, entry.infos),
             functools.partial(vars(builtins).__setitem__, entry.table),
+            source,
         )
+    if entry.parts:
+        setattr(builtins, entry.table + cache.INTERPOLATIONS, [Interpolation(parts) for parts in entry.parts])
     return entry.code
 
 

@@ -17,18 +17,20 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from ..provenance.locations import LiteralInfo
-from .call_sites import call_helper
+from .call_sites import MATH_CALLS, array_helper, call_helper, file_helper, root_name
 from .expressions import ExpressionWalk
 from .naming import Scope, parameter_names
 from .statements import StatementWalk
-from .walk import LOAD, Block
+from .walk import LOAD, Block, Parts
 
 
 class Rewritten(NamedTuple):
-    """What the rewriter made of a tree: the values of the literals, and what is known of them."""
+    """What the rewriter made of a tree: the values of the literals, what is known of them, and what
+    its f-strings are made of."""
 
     values: tuple[Any, ...]
     infos: list[LiteralInfo]
+    interpolations: tuple[Parts, ...]
 
 
 def rewrite(tree: ast.Module, scope: Scope, table: str, reserved: Iterable[str] = ()) -> Rewritten:
@@ -65,23 +67,34 @@ class Rewriter(StatementWalk, ExpressionWalk):
             self._rewrite_call(call, block)
         for block in self.blocks:
             block.declare()
-        return Rewritten(tuple(found.value for found in self.found), infos)
+        values = tuple(found.value for found in self.found)
+        return Rewritten(values, infos, tuple(self.interpolations))
 
     def _rewrite_call(self, node: ast.Call, block: Block | None) -> None:
-        func = node.func
-        if isinstance(func, ast.Attribute):
-            if not (isinstance(func.value, ast.Name) and func.value.id in self.math_modules):
-                return
-            name: str | None = func.attr
-        else:
-            name = self.called_names.get(func.id)  # type: ignore[attr-defined]
-        helper = call_helper(node, name) if name is not None else None
+        helper = self._helper(node)
         if helper is None:
             return
         node.args.insert(0, node.func)
         node.func = ast.copy_location(ast.Name(helper, LOAD), node.func)
         if block is not None:
             block.names.add(helper)
+
+    def _helper(self, node: ast.Call) -> str | None:
+        """The name of our function that is to make a call, None if it stays as it is."""
+        func = node.func
+        if isinstance(func, ast.Attribute):
+            if isinstance(func.value, ast.Name) and func.value.id in self.math_modules:
+                return call_helper(node, func.attr) if func.attr in MATH_CALLS else None
+            if root_name(func.value) in self.array_modules:
+                return array_helper(node, func.attr)
+            return file_helper(node, func.attr)
+        assert isinstance(func, ast.Name)
+        if func.id in self.array_names:
+            return array_helper(node, self.array_names[func.id])
+        if func.id in self.file_names:
+            return file_helper(node, self.file_names[func.id])
+        name = self.called_names.get(func.id)
+        return call_helper(node, name) if name is not None else None
 
 
 def _become_lookup(node: Any, table: str, index: int) -> None:

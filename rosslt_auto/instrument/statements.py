@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from typing import Any
 
-from .call_sites import MATH_CALLS
+from .call_sites import ARRAY_CALLS, ARRAY_MODULES, FILE_CALLS, FILE_MODULES, MATH_CALLS
 from .naming import Scope
 from .plain import RETURNS_PLAIN, RUN_ONCE, is_enum, is_special, target_name
 from .walk import Block, Walk
@@ -35,7 +35,7 @@ class StatementWalk(Walk):
         outer_scope, outer_state = self.scope, (
             self.block, self.repeated, self.function, self.plain_return, self.displays,
         )  # fmt: skip
-        self.expressions(node.decorator_list, None)
+        self.with_plain_texts(node.decorator_list)
         self.scope = Scope(node.name, outer_scope)
         self.defaults(node.args)
         self.block, self.function = None, node.name
@@ -47,10 +47,10 @@ class StatementWalk(Walk):
         self.block, self.repeated, self.function, self.plain_return, self.displays = outer_state
 
     def _class(self, node: ast.ClassDef) -> None:
-        self.expressions(node.decorator_list, None)
-        self.expressions(node.bases, None)
+        self.with_plain_texts(node.decorator_list)
+        self.with_plain_texts(node.bases)
         for keyword in node.keywords:
-            self.expression(keyword.value, (keyword.arg or "value", True))
+            self.with_plain_texts([keyword.value], (keyword.arg or "value", True))
         body = node.body
         if is_enum(node, self.enums):
             self.enums.add(node.name)
@@ -89,7 +89,11 @@ class StatementWalk(Walk):
 
     def _augmented(self, node: ast.AugAssign) -> None:
         self.target(node.target)
-        self.expression(node.value, (target_name(node.target) or "value", False))
+        name = target_name(node.target)
+        if is_special(name):
+            self.with_plain_texts([node.value], (name or "value", False))
+        else:
+            self.expression(node.value, (name or "value", False))
 
     def _expression_statement(self, node: ast.Expr) -> None:
         self.expression(node.value, None)
@@ -146,18 +150,22 @@ class StatementWalk(Walk):
             self.statements(case.body)
 
     def _raise(self, node: ast.Raise) -> None:
-        self.expressions((node.exc, node.cause), None)
+        self.with_plain_texts((node.exc, node.cause))
 
     def _assert(self, node: ast.Assert) -> None:
-        self.expressions((node.test, node.msg), None)
+        self.expression(node.test, None)
+        self.with_plain_texts([node.msg])
 
     def _delete(self, node: ast.Delete) -> None:
         self.expressions(node.targets, None)
 
     def _import(self, node: ast.Import) -> None:
         for alias in node.names:
+            package = alias.name.partition(".")[0]
             if alias.name == "math" and alias.asname:
                 self.math_modules.add(alias.asname)
+            elif package in ARRAY_MODULES:
+                self.array_modules.add(alias.asname or package)
 
     def _import_from(self, node: ast.ImportFrom) -> None:
         if node.module == "math" and not node.level:
@@ -166,6 +174,16 @@ class StatementWalk(Walk):
                     self.called_names.update((name, name) for name in MATH_CALLS)
                 elif alias.name in MATH_CALLS:
                     self.called_names[alias.asname or alias.name] = alias.name
+        elif node.module and not node.level:
+            package = node.module.partition(".")[0]
+            for alias in node.names:
+                bound = alias.asname or alias.name
+                if package in ARRAY_MODULES:
+                    self.array_modules.add(bound)  # numpy.linalg, perhaps
+                    if alias.name in ARRAY_CALLS:
+                        self.array_names[bound] = alias.name
+                elif package in FILE_MODULES and alias.name in FILE_CALLS:
+                    self.file_names[bound] = alias.name
 
     STATEMENTS = {
         ast.FunctionDef: _function,

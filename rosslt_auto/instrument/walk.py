@@ -16,6 +16,8 @@ from .naming import Scope
 from .plain import can_evaluate_to_tracked
 
 Binding = tuple[str, bool] | None
+Parts = tuple[tuple[str | None, str | None, str | None], ...]
+"""What an f-string is made of, see `strings.Interpolation`."""
 
 LOAD = ast.Load()
 LOOSE = ("value", False)
@@ -78,8 +80,13 @@ class Walk:
         self.plain_return = False
         self.enums: set[str] = set()
         self.displays = 0
+        self.plain_texts = False
+        self.interpolations: list[Parts] = []
         self.math_modules = {"math"}
         self.called_names = {name: name for name in BUILTIN_CALLS}
+        self.array_names: dict[str, str] = {}
+        self.file_names: dict[str, str] = {}
+        self.array_modules: set[str] = set()
 
     def statements(self, body: list[ast.stmt]) -> None:
         """Walks over the statements of a body."""
@@ -118,11 +125,19 @@ class Walk:
             self.called_names.setdefault(name, value.attr)
 
     def literal(self, node: ast.expr, value: Any, binding: tuple[str, bool]) -> None:
+        if value.__class__ is str and self.plain_texts:
+            return
         self.found.append(
             Found(node.lineno, node.col_offset, node, value, self.scope, *binding, self.repeated)
         )
         if self.block is not None:
             self.block.names.add(self.table)
+
+    def with_plain_texts(self, nodes: Iterable[ast.expr | None], binding: Binding = None) -> None:
+        """Walks over expressions whose texts stay as they are."""
+        outer, self.plain_texts = self.plain_texts, True
+        self.expressions(nodes, binding)
+        self.plain_texts = outer
 
     def untracked(self, value: ast.expr) -> ast.expr:
         """A call that makes the value of an expression plain."""

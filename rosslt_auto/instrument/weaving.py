@@ -50,7 +50,7 @@ def weave(
     except Exception as error:
         _compile_plainly(source, path)  # an error of the program, or ours?
         raise NotInstrumented(f"{type(error).__name__}: {error}") from error
-    return Entry(module, path, table, code, rewritten.values, infos)
+    return Entry(module, path, table, code, rewritten.values, infos, rewritten.interpolations)
 
 
 def _compile_plainly(source: bytes, path: str) -> None:

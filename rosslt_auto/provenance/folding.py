@@ -32,10 +32,7 @@ _KEEPS_AFFINE = frozenset(
     for name in ("add", "sub", "neg", "pos", "same", "float", "sum", "affine", "mul", "truediv")
 )
 
-_CONSTANT_SLOPES = {
-    OPERATORS[name]: tuple(OPERATORS[name].partial(i)(0.0, 0.0) for i in range(2))
-    for name in ("add", "sub")
-}
+_CONSTANT_SLOPES = {OPERATORS["add"]: (1.0, 1.0), OPERATORS["sub"]: (1.0, -1.0)}
 """The commonest operators of a history, whose slopes need no look at the operands."""
 
 
@@ -140,7 +137,7 @@ def _slopes(order: list[Any]) -> tuple[list[tuple[Any, float, int]], bool]:
         op = node._op
         affine = affine and op in _KEEPS_AFFINE and _one_tracked(op, below)
         constant = _CONSTANT_SLOPES.get(op)
-        plain = None if constant else [untracked(operand) for operand in below]
+        plain = [] if constant else [untracked(operand) for operand in below]
         folded = op is AFFINE or op is LINEAR
         for index, operand in enumerate(below):
             if type(type(operand)) is not PlainType:

@@ -10,7 +10,10 @@ from __future__ import annotations
 
 import linecache
 import math
+import os
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from importlib.util import decode_source
 from typing import Any, NamedTuple
 
 from .operators import LITERAL, SOURCE
@@ -60,6 +63,9 @@ class Source:
 
     repeated = False
     """Whether the program reads it again and again, see `Location.repeated`."""
+
+    moves = 0
+    """How often its line has been written anew (`saved`): what is known of its place is new."""
 
     def __init__(
         self,
@@ -116,13 +122,19 @@ class Source:
         return value
 
 
+    def change(self, value: Any) -> None:
+        """Takes a value that `check` has passed. Only a source of this process can."""
+        raise SourceChangeRefused(f"{self.parameter} belongs to another node, {self.node}")
+
+
 _ARTICLE = {"float": "a float", "int": "an int", "str": "a str", "bool": "a bool"}
 
 
 class Location(Source):
     """A literal of this process.
 
-    first     the value that stands in the source file (or what an override put there at start)
+    first     the value that stands in the source file
+    given     whether it got another value at start, before its first use
     leaf      the current leaf, which is what the program gets from now on
     """
 
@@ -136,21 +148,22 @@ class Location(Source):
         self.index = index
         self.info = info
         self.first = value
+        self.given = False
 
     # Two literals are never the same location, whatever their names.
     __eq__ = object.__eq__
     __hash__ = object.__hash__
 
     @property
-    def text(self) -> str:  # type: ignore[override]
-        return linecache.getline(self.literals.file, self.info.line).strip()
+    def text(self) -> str:
+        return self.literals.line(self.info.line)
 
     @text.setter
     def text(self, value: str | None) -> None:
         pass
 
     @property
-    def leaf(self) -> Any:  # type: ignore[override]
+    def leaf(self) -> Any:
         # Not counted as an execution, see `_CountingTable`.
         return list.__getitem__(self.literals.table, self.index)
 
@@ -194,25 +207,74 @@ class _CountingTable(list):
 
 
 class Literals:
-    """All literals of one loaded module."""
+    """All literals of one loaded module.
+
+    name     of its table
+    source   what was loaded, None if nobody said so; `content` is its fingerprint
+    """
 
     def __init__(
         self,
+        name: str,
         module: str,
         file: str,
         values: tuple[Any, ...],
         describe: Callable[[], list[LiteralInfo]],
         publish: Callable[[list[Any]], None],
+        source: bytes | None = None,
     ) -> None:
+        self.name = name
         self.module = module
         self.file = file
         self.values = values
         self.describe = describe
-        self.publish = publish
+        self.source = source
+        self._content: str | None = None
+        self._lines: list[str] | None = None
+        self._publishers = {name: publish}
         self.table: list[Any] = [literal_leaf(self, i, value) for i, value in enumerate(values)]
         self.counts: list[int] | None = None
         self._infos: list[LiteralInfo] | None = None
         self._locations: dict[int, Location] = {}
+
+    @property
+    def content(self) -> str | None:
+        if self._content is None and self.source is not None:
+            self._content = fingerprint(self.file, self.source)
+        return self._content
+
+    def line(self, number: int) -> str:
+        """A line of the source as it was loaded, whatever the file has now."""
+        if self.source is None:
+            return linecache.getline(self.file, number).strip()
+        if self._lines is None:
+            try:
+                self._lines = decode_source(self.source).split("\n")
+            except (SyntaxError, UnicodeError):
+                self._lines = []
+        return self._lines[number - 1].strip() if 0 < number <= len(self._lines) else ""
+
+    def publish(self, table: list[Any]) -> None:
+        """Gives the table to the code that reads it."""
+        for publish in list(self._publishers.values()):
+            publish(table)
+
+    def publish_as(self, name: str, publish: Callable[[list[Any]], None]) -> None:
+        """The same for code that reads it by this name, from now on."""
+        self._publishers[name] = publish
+        publish(self.table)
+
+    def now_in(
+        self, source: bytes, infos: list[LiteralInfo], values: tuple[Any, ...]
+    ) -> None:
+        """Notes that the file has other values at other places now, see `saved`."""
+        self.source, self._content, self._lines = source, None, None
+        self._infos, self.values = infos, values
+        for index, location in list(self._locations.items()):
+            location.info = infos[index]
+            location.line, location.column = location.info.line, location.info.column
+            location.first = values[index]
+            location.moves += 1
 
     def start_counting(self) -> None:
         """Counts executions until enough are known."""
@@ -259,6 +321,7 @@ def register_literals(
     values: tuple[Any, ...],
     describe: Callable[[], list[LiteralInfo]],
     publish: Callable[[list[Any]], None],
+    source: bytes | None = None,
 ) -> Literals:
     """Makes the table of a module's literals.
 
@@ -266,16 +329,35 @@ def register_literals(
               the same table, with the values that it has now
     describe  gives a LiteralInfo per value, asked for when the first location is needed
     publish   is given the list that the rewritten code has to read; may be called again later
+    source    the content of the file
     """
     found = _tables.get(name)
     if found is None:
-        found = _tables[name] = Literals(module, file, values, describe, publish)
+        found = Literals(name, module, file, values, describe, publish, source)
+        _tables[name] = found
         if _initial:
             _apply_initial(found)
         found.start_counting()
     else:
-        publish(found.table)
+        found.publish_as(name, publish)
     return found
+
+
+def fingerprint(path: str, source: bytes) -> str:
+    """What tells a source file from all others, and from itself after an edit."""
+    return f"{zlib.crc32(source, zlib.crc32(os.fsencode(path))):08x}"
+
+
+def registered() -> list[Literals]:
+    """The literals of all modules that have a table, in the order of their loading."""
+    return list(_tables.values())
+
+
+def rename(literals: Literals, name: str) -> None:
+    """Makes a table one that will be found by this name, unless there is another one."""
+    if name not in _tables and _tables.get(literals.name) is literals:
+        _tables[name] = _tables.pop(literals.name)
+        literals.name = name
 
 
 def set_initial_values(values: Mapping[str, Any], refused: Callable[[str], None]) -> None:
@@ -304,6 +386,7 @@ def _apply_initial(literals: Literals) -> None:
                 _tell(refusal)
             else:
                 location.change(value)
+                location.given = True
 
 
 def register_source(source: Any) -> None:
@@ -394,6 +477,7 @@ __all__ = [
     "Source",
     "SourceChangeRefused",
     "changed_locations",
+    "fingerprint",
     "free_name",
     "instrumented_files",
     "instrumented_modules",
@@ -401,6 +485,8 @@ __all__ = [
     "location_of",
     "register_literals",
     "register_source",
+    "registered",
+    "rename",
     "set_initial_values",
     "source_of",
 ]

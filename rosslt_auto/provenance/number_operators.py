@@ -63,7 +63,9 @@ def unabs(target: Any, x: Any) -> Any:
 def _unmod(target: Any, a: Any, b: Any) -> Any:
     if not (0 <= target < b or b < target <= 0):
         raise ValueError(f"a remainder by {b!r} lies between 0 and {b!r}")
-    return a + (target - a % b)
+    moved = a + (target - a % b)
+    # Where that rounds over the edge, the target is a solution itself.
+    return moved if math.isclose(moved % b, target, abs_tol=1e-12) else target
 
 
 def _unfloordiv(target: Any, a: Any, b: Any) -> Any:
@@ -147,13 +149,14 @@ define(
 # ---------------------------------------------------------------- conversions and rounding
 
 define("float", "float", None, float, (lambda t, a: t,), (lambda a: 1.0,))
-for _name, _forward in {
+_ROUNDINGS: dict[str, Callable[..., Any]] = {
     "int": int,
     "round": round,
     "trunc": math.trunc,
     "floor": math.floor,
     "ceil": math.ceil,
-}.items():
+}
+for _name, _forward in _ROUNDINGS.items():
     define(
         _name, _name, None, _forward, (_shifted(_forward), None), (lambda *a: 1.0, None),
         "only rounded numbers are possible",

@@ -15,6 +15,7 @@ from typing import Any
 from . import bindings
 from .accumulation import held_operands
 from .expressions import is_leaf, operands, topological
+from .external import change_all
 from .locations import Source, source_of
 from .values import is_tracked, record, untracked
 
@@ -28,12 +29,16 @@ def apply(changes: Mapping[Source, Any]) -> None:
     """Changes sources of this process, all or none, and everything still bound to their values.
 
     changes  plain values by source
-    Raises SourceChangeRefused, before anything is done, if one cannot be.
+    Raises SourceChangeRefused, nothing changed, if one cannot be.
     """
-    global any_change
     checked = {source: source.check(value) for source, value in changes.items()}
-    for source, value in checked.items():
-        source.change(value)
+    change_all(checked)
+    follow()
+
+
+def follow() -> None:
+    """Lets everything that is bound to a value follow sources that have been changed already."""
+    global any_change
     any_change = True
     bindings.replace_everywhere(refreshed)
 
@@ -101,4 +106,4 @@ def _live(node: Any, now: list[Any], before: tuple[Any, ...]) -> Any:
     return record(node._op, node._op.forward(*map(untracked, now)), *now)
 
 
-__all__ = ["any_change", "apply", "refreshed"]
+__all__ = ["any_change", "apply", "follow", "refreshed"]

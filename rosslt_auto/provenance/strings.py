@@ -9,9 +9,10 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+from .elements import any_tracked
 from .operators import OPERATORS
-from .text_operators import format_pieces, percent_pieces
-from .values import TrackedStr, _install, is_tracked, record, untracked
+from .text_operators import format_pieces, formatted, percent_pieces
+from .values import PlainType, TrackedStr, _install, is_tracked, record, untracked
 
 
 def _add(self: Any, other: Any) -> Any:
@@ -44,20 +45,34 @@ def _mod(self: Any, args: Any) -> Any:
     plain = tuple(untracked(arg) for arg in args) if type(args) is tuple else untracked(args)
     value = self._v % plain
     operands = args if type(args) is tuple else (args,)
-    if type(args) is dict or percent_pieces(self._v, tuple(map(untracked, operands))) is None:
+    if (
+        type(args) is dict
+        or not _are_values(operands)
+        or percent_pieces(self._v, tuple(map(untracked, operands))) is None
+    ):
         return remembered(value, self, *_tracked_in(operands))
     return record(OPERATORS["percent"], value, self, *operands)
 
 
+_MANY = 256
+"""A text of more parts than this is a document."""
+
+
 def _join(self: Any, parts: Any) -> Any:
+    if not hasattr(type(parts), "__iter__") and not hasattr(type(parts), "__getitem__"):
+        return self._v.join(parts)  # Python's own error
     parts = list(parts)
     value = self._v.join([untracked(part) for part in parts])
+    if len(parts) > _MANY or not any_tracked(parts):
+        return value
     return record(OPERATORS["join"], value, self, *parts)
 
 
 def _format(self: Any, *args: Any, **names: Any) -> Any:
     plain = [untracked(arg) for arg in args]
     value = self._v.format(*plain, **{name: untracked(arg) for name, arg in names.items()})
+    if not _are_values((*args, *names.values())):
+        return remembered(value, self, *_tracked_in((*args, *names.values())))
     if not names and format_pieces(self._v, tuple(plain), {}) is not None:
         return record(OPERATORS["format"], value, self, *args)
     pieces = format_pieces(self._v, args, names)
@@ -72,7 +87,8 @@ def _tracked_in(values: Any) -> list[Any]:
 
 def remembered(value: str, *sources: Any) -> Any:
     """`value` with the knowledge of what it was made from, but no way back."""
-    return record(OPERATORS["remembered"], value, value, *sources)
+    cores = [getattr(source, "_core", source) for source in sources]
+    return record(OPERATORS["remembered"], value, value, *cores)
 
 
 def _simple(name: str) -> Callable[..., Any]:
@@ -105,6 +121,8 @@ for _name, _function in {
 
 # ---------------------------------------------------------------- f-strings
 
+_FORGOTTEN = 2000
+
 
 class Interpolation:
     """One f-string of the program: keeps what it interpolates, if any of it is tracked.
@@ -119,30 +137,37 @@ class Interpolation:
 
     def __init__(self, parts: tuple[tuple[str | None, str | None, str | None], ...]) -> None:
         self.parts = parts
+        self.count = sum(literal is None for literal, _, _ in parts)
         self.running = threading.local()
 
-    def begin(self) -> int:
+    def begin(self) -> Any:
         """Called before the first part; the answer is given to `end`."""
         try:
             stack = self.running.stack
         except AttributeError:
             stack = self.running.stack = []
-        stack.append([])
-        return len(stack)
+        if len(stack) > _FORGOTTEN:  # those that an exception has left behind
+            del stack[: _FORGOTTEN // 2]
+        values: list[Any] = []
+        stack.append(values)
+        return values
 
     def value(self, value: Any) -> Any:
         """Notes the value of the next part that is no literal text, and hands it on."""
-        self.running.stack[-1].append(value)
+        stack = self.running.stack
+        if stack:
+            stack[-1].append(value)
         return value
 
-    def end(self, token: int, text: str) -> Any:
+    def end(self, token: Any, text: str) -> Any:
         """The f-string's value, tracked if one of its parts is."""
         stack = self.running.stack
-        values = stack[token - 1]
-        del stack[token - 1 :]
-        for value in values:
-            if is_tracked(value):
-                return self._recorded(text, values)
+        while stack and stack.pop() is not token:
+            pass  # one inside of this one, left by an exception
+        if len(token) == self.count:  # not so if such a one has taken some of the values
+            for value in token:
+                if type(type(value)) is PlainType:
+                    return self._recorded(text, token)
         return text
 
     def _recorded(self, text: str, values: list[Any]) -> Any:
@@ -154,8 +179,39 @@ class Interpolation:
             elif spec is None:
                 return remembered(text, *_tracked_in(values))
             else:
-                operands += (next(rest), conversion, spec)
+                piece = _piece(next(rest), conversion, spec)
+                if piece is None:
+                    return remembered(text, *_tracked_in(values))
+                operands += piece
         return record(OPERATORS["pieces"], text, *operands)
+
+
+def _piece(value: Any, conversion: str | None, spec: str) -> Any:
+    """A value with how it is formatted, as operands; None for an object that is no value.
+
+    Values that expressions do not have stand there as the text that they give.
+    """
+    kind = type(value)
+    if kind is float or kind is int or kind is str:
+        return value, conversion, spec
+    if type(kind) is PlainType:
+        core = getattr(value, "_core", value)
+        if core is value:
+            return value, conversion, spec
+        shown = formatted(value._v, conversion, spec)  # a scalar of numpy
+        if formatted(core._v, conversion, spec) == shown:
+            return core, conversion, spec
+        return shown, None, ""
+    if kind is bool or value is None or kind.__module__ == "numpy":
+        return formatted(value, conversion, spec), None, ""
+    return None  # asking it for its text once more might do something
+
+
+def _are_values(operands: Any) -> bool:
+    """Whether expressions can have all of these as operands."""
+    return all(
+        is_tracked(value) or type(value) in (float, int, str) for value in operands
+    ) and not any(hasattr(value, "_core") for value in operands)
 
 
 def tracked_str(value: Any) -> Any:

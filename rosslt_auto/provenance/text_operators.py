@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import string
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from .operator_table import AnyOperands, Inverse, Operator, add
@@ -25,12 +25,13 @@ def formatted(value: Any, conversion: str | None, spec: str) -> str:
     """One piece as text: as in an f-string, or with a printf-style specification ("%")."""
     if conversion == "%":
         return spec % (value,)
-    if conversion in _CONVERSIONS:
-        value = _CONVERSIONS[conversion](value)
+    convert = _CONVERSIONS.get(conversion)
+    if convert is not None:
+        value = convert(value)
     return format(value, spec)
 
 
-_CONVERSIONS = {"s": str, "r": repr, "a": ascii}
+_CONVERSIONS: dict[str | None, Callable[[Any], str]] = {"s": str, "r": repr, "a": ascii}
 
 
 def parsed(text: str, old: Any, conversion: str | None, spec: str) -> Any:
@@ -206,7 +207,7 @@ def _templated(percent: bool) -> Any:
             if index == 0:
                 return _template_inverse(target, template, args, percent)
             marked = tuple(_Marked(arg, i + 1 == index) for i, arg in enumerate(args))
-            found = take_apart(template, marked)  # type: ignore[arg-type]
+            found = take_apart(template, marked)
             at = [
                 i for i, (value, _, _) in enumerate(found or ()) if getattr(value, "wanted", False)
             ]

@@ -65,7 +65,7 @@ class TrackedFloat(float, metaclass=PlainType):
 
     __slots__ = ("_a", "_b", "_depth", "_op", "_v")
     _plain = float
-    __class__ = property(lambda self: float)  # type: ignore[assignment]
+    __class__ = property(lambda self: float)
     __hash__ = float.__hash__
 
     def _set(self, op: Operator, a: Any, b: Any, depth: int) -> None:
@@ -79,7 +79,7 @@ class TrackedInt(int, metaclass=PlainType):
     """An int that is a node; int subclasses have no slots, so one tuple holds everything."""
 
     _plain = int
-    __class__ = property(lambda self: int)  # type: ignore[assignment]
+    __class__ = property(lambda self: int)
     __hash__ = int.__hash__
 
     _v = property(lambda self: self._n[0])
@@ -97,7 +97,7 @@ class TrackedStr(str, metaclass=PlainType):
 
     __slots__ = ("_a", "_b", "_depth", "_op", "_v")
     _plain = str
-    __class__ = property(lambda self: str)  # type: ignore[assignment]
+    __class__ = property(lambda self: str)
     __hash__ = str.__hash__
 
     def _set(self, op: Operator, a: Any, b: Any, depth: int) -> None:
@@ -120,6 +120,7 @@ def untracked(value: Any) -> Any:
 def node(value: Any, op: Operator, a: Any, b: Any, depth: int) -> Any:
     """A new node with the plain float, int or str `value`; any other type is returned as it is."""
     kind = type(value)
+    made: Any
     if kind is float:
         made = new_float(TrackedFloat, value)
         made._v = value
@@ -431,7 +432,7 @@ def _complete(cls: type) -> None:
         _unary_method(cls, name, OPERATORS[op])
     for name, symbol in _COMPARISONS.items():
         _comparison_method(cls, name, symbol)
-    _install(cls, "__pow__", _pow_with_modulus(cls.__pow__))  # type: ignore[attr-defined]
+    _install(cls, "__pow__", _pow_with_modulus(vars(cls)["__pow__"]))
     _install(cls, "__divmod__", _divmod)
     _install(cls, "__rdivmod__", _rdivmod)
     _install(cls, "__round__", _round)

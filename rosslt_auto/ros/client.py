@@ -53,6 +53,9 @@ class Place:
     """A location of another node, as its parameter describes it.
 
     first is None where the node does not say; line and column are None where there is no file.
+    content is the fingerprint of the Python file that was loaded (`locations.fingerprint`), None
+    for what is no literal. given is None, or what gave the literal a value at start: ``-p``, the
+    path of a parameter file, "" where the node does not know.
     """
 
     node: str
@@ -64,6 +67,8 @@ class Place:
     first: Any
     value: Any
     read_only: bool
+    content: str | None = None
+    given: str | None = None
 
     def to_json(self) -> dict[str, Any]:
         return dict(vars(self))
@@ -183,6 +188,7 @@ _DESCRIPTION = re.compile(r"(?P<file>.*?):(?P<line>\d+):(?P<column>\d+)  (?P<tex
 
 def _place(node: str, descriptor: Any, value: Any) -> Place:
     found = _DESCRIPTION.fullmatch(descriptor.description)
+    first, content, given = _constraints(descriptor.additional_constraints)
     return Place(
         node=node,
         parameter=descriptor.name,
@@ -190,19 +196,33 @@ def _place(node: str, descriptor: Any, value: Any) -> Place:
         line=int(found["line"]) if found else None,
         column=int(found["column"]) if found else None,
         text=found["text"] if found else descriptor.description,
-        first=_first_value(descriptor.additional_constraints),
+        first=first,
         value=value,
         read_only=descriptor.read_only,
+        content=content,
+        given=given,
     )
 
 
-def _first_value(constraints: str) -> Any:
-    if not constraints.startswith(IN_THE_FILE):
-        return None
-    try:
-        return ast.literal_eval(constraints.removeprefix(IN_THE_FILE))
-    except (ValueError, SyntaxError):
-        return None
+_MORE = re.compile(r"(?:; content ([0-9a-f]{8}))?(?:; given at start(?:: (.*)|()))?", re.DOTALL)
+
+
+def _constraints(text: str) -> tuple[Any, str | None, str | None]:
+    """First value, content and what gave it at start, as `parameters` puts them into words."""
+    if not text.startswith(IN_THE_FILE):
+        return None, None, None
+    text = text.removeprefix(IN_THE_FILE)
+    # The value may be a text with semicolons: no beginning of its repr can be evaluated.
+    for end in [*(found.start() for found in re.finditer("; ", text)), len(text)]:
+        more = _MORE.fullmatch(text, end)
+        if more is None:
+            continue
+        try:
+            value = ast.literal_eval(text[:end])
+        except (ValueError, SyntaxError, MemoryError, RecursionError):
+            continue
+        return value, more[1], more[2] if more[2] is not None else more[3]
+    return None, None, None
 
 
 def change_of(source: Source, old: Any, new: Any) -> Change:

@@ -211,7 +211,7 @@ class _Outline:
         for source in sources:
             if source.node is None:
                 own(source)
-        self.owners = [(source, source.node) for source in sources]
+        self.owners = [(source, source.node, source.moves) for source in sources]
         names: dict[str, int] = {}
         described = [_described(source, names) for source in sources]
         fields = _fields(paths, key[ends + 1 :: 2], slots)
@@ -220,11 +220,11 @@ class _Outline:
         )
 
     def valid(self, own: Callable[[Source], None]) -> bool:
-        """Whether all sources still belong to the same nodes."""
-        for source, node in self.owners:
+        """Whether all sources still belong to the same nodes and stand in the same places."""
+        for source, node, moves in self.owners:
             if source.node is None:
                 own(source)
-            if source.node != node:
+            if source.node != node or source.moves != moves:
                 return False
         return True
 

@@ -13,11 +13,11 @@ from typing import Any
 
 from rosslt_auto.provenance.expressions import evaluate, leaves, topological
 from rosslt_auto.provenance.folding import LINEAR
-from rosslt_auto.provenance.inversion import NotInvertible, invert_many, reached
+from rosslt_auto.provenance.inversion import NotInvertible, alternatives, invert_many, reached
 from rosslt_auto.provenance.locations import Source, SourceChangeRefused, source_of
 from rosslt_auto.provenance.values import untracked
 
-from . import paths
+from . import journal, paths
 from .client import Change, ChangeRefused, NoAnswer, change_of
 from .observer import HEADER_SUFFIX, Observer, TopicSubscription, TrackedMessage
 
@@ -39,6 +39,7 @@ class Forced:
              if the field moves by itself: the forced message would have had the target
     changes  what was changed, or would be in a dry run
     reason   why it was not reached, else None
+    alternatives  in a dry run by path: what each single source could do, or why it cannot
     """
 
     topic: str
@@ -47,6 +48,7 @@ class Forced:
     fields: dict[str, dict[str, Any]] = field(default_factory=dict)
     changes: list[Change] = field(default_factory=list)
     reason: str | None = None
+    alternatives: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """The document of contract.md."""
@@ -58,6 +60,7 @@ class Forced:
         }
         if self.dry_run:
             document["dry_run"] = True
+            document["alternatives"] = self.alternatives
         if self.reason is not None:
             document["reason"] = self.reason
         return document
@@ -108,12 +111,42 @@ def force(
         }
         result.changes = changes_for(message, solution)
         if dry_run:
+            result.alternatives = {
+                one.path: _alternatives(message.fields[one.path], one.target) for one in wanted
+            }
             return result
         observer.parameters.set(result.changes, timeout)
+        journal.add(result.changes)
         _verify(subscription, wanted, message, solution, result, timeout)
         return result
     finally:
         observer.unsubscribe(subscription)
+
+
+def undo(observer: Observer, timeout: float = 5.0) -> list[Change]:
+    """Takes the latest `force` of this domain back: its sources get their old values again.
+
+    Returns what was changed, empty if there is nothing to be taken back.
+    Raises ChangeRefused, NoAnswer: then nothing has been changed.
+    """
+    changes = [Change(c.node, c.parameter, c.new, c.old) for c in journal.last()]
+    if changes:
+        observer.parameters.set(changes, timeout)
+        journal.drop_last()
+    return changes
+
+
+def _alternatives(value: Any, target: Any) -> list[dict[str, Any]]:
+    """For each source, left bias first: the value with which it alone gives the target."""
+    found = []
+    for source, answer in alternatives(value, target):
+        entry: dict[str, Any] = {"node": source.node, "parameter": source.parameter}
+        if isinstance(answer, NotInvertible):
+            entry["reason"] = str(answer)
+        else:
+            entry["new"] = answer.changes.get(source)
+        found.append(entry)
+    return found
 
 
 def wanted_fields(message_type: Any, targets: Mapping[str, Any]) -> list[Wanted]:

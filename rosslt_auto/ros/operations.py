@@ -78,9 +78,7 @@ def _targets(value: Any, target: Any) -> list[tuple[Any, Any]]:
     return targets
 
 
-def _change(
-    values: Iterable[Any], solution: Mapping[Source, Any], timeout: float
-) -> list[Change]:
+def _change(values: Iterable[Any], solution: Mapping[Source, Any], timeout: float) -> list[Change]:
     from .client import change_of
 
     old = {source_of(node): node._v for node in topological(values) if is_leaf(node)}

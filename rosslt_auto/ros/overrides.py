@@ -9,6 +9,7 @@ Rules: https://design.ros2.org/articles/ros_command_line_arguments.html
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,13 +20,15 @@ from rosslt_auto.provenance.locations import set_initial_values
 PREFIX = "rosslt."
 
 _given: dict[str, Any] = {}
+_origins: dict[str, str] = {}
 
 
 def prepare(arguments: Sequence[str]) -> None:
     """Sets aside what a program's command line says about literals that are loaded later."""
     if "--ros-args" not in arguments:
         return
-    _given.update(read(arguments))
+    for name, value, origin in _items(arguments):
+        _given[name], _origins[name] = value, origin
     if _given:
         set_initial_values(_given, refuse)
 
@@ -33,6 +36,11 @@ def prepare(arguments: Sequence[str]) -> None:
 def is_given(name: str, value: Any) -> bool:
     """Whether the command line has already given this literal this value."""
     return name in _given and _given[name] == value and type(_given[name]) is type(value)
+
+
+def origin(name: str) -> str | None:
+    """What has given a literal its value: ``-p`` or the path of a parameter file, if known."""
+    return _origins.get(name)
 
 
 def add(values: Mapping[str, Any]) -> None:
@@ -51,19 +59,22 @@ def read(arguments: Sequence[str]) -> dict[str, Any]:
 
     Files that cannot be read are passed over: rcl says so itself.
     """
+    return {name: value for name, value, _ in _items(arguments)}
+
+
+def _items(arguments: Sequence[str]) -> Iterator[tuple[str, Any, str]]:
+    """(name, value, where it is said): later ones take precedence."""
     options = list(_ros_options(arguments))
     node = _node_name(options)
-    found: dict[str, Any] = {}
     for option, value in options:
         if option == "-p":
             pattern, name, text = _split_rule(value)
             if name.startswith(PREFIX) and _matches(pattern, node):
-                found[name] = _scalar(text)
+                yield name, _scalar(text), "-p"
         elif option == "--params-file":
             for pattern, name, item in _file_values(value):
                 if name.startswith(PREFIX) and _matches(pattern, node):
-                    found[name] = item
-    return found
+                    yield name, item, os.path.abspath(value)
 
 
 _TWO_WORDS = {"-p": "-p", "--param": "-p", "--params-file": "--params-file"}

@@ -26,6 +26,7 @@ from rclpy.parameter import Parameter
 from rclpy.parameter_service import ParameterService
 
 from rosslt_auto.provenance import bindings, refresh
+from rosslt_auto.provenance.external import LocalSource
 from rosslt_auto.provenance.locations import Location, Source, SourceChangeRefused, location_of
 from rosslt_auto.provenance.values import untracked
 
@@ -41,13 +42,18 @@ read_only = False
 IN_THE_FILE = "in the source file: "
 """How a descriptor's additional constraints begin; what follows is the literal's first value."""
 
+CONTENT = "content "
+GIVEN = "given at start"
+"""What may follow after a semicolon: the fingerprint of what was loaded, and whether (and by what)
+the literal got another value at start."""
+
 on_first_location: list[Callable[[Any], None]] = []
 """Called with a node that is about to own its first location."""
 
 on_release: list[Callable[[Any], None]] = []
 """Called with a node that is about to be destroyed."""
 
-Owned = dict[str, Location]
+Owned = dict[str, Location | LocalSource]
 
 _log = logging.getLogger(__name__)
 _lock = threading.RLock()
@@ -82,7 +88,7 @@ def _declare(node: Any, source: Source) -> None:
             return
         begin(owner)
         source.node = owner.get_fully_qualified_name()
-        if not isinstance(source, Location):
+        if not isinstance(source, (Location, LocalSource)):
             return
         _owned[owner][source.parameter] = source
         parameter = Parameter(source.parameter, value=source.value)
@@ -110,10 +116,11 @@ def release(node: Any) -> None:
 
 
 def _disown(locations: Owned) -> None:
-    with _lock:
-        for location in locations.values():
-            location.node = None
-        locations.clear()
+    # Without the lock: this is also called when a node is garbage, in whatever thread finds it,
+    # even in one that is just being started by who holds the lock.
+    for location in list(locations.values()):
+        location.node = None
+    locations.clear()
 
 
 def _broadcast(node: Any, new: Iterable[Any] = (), changed: Iterable[Any] = ()) -> None:
@@ -131,37 +138,50 @@ def _broadcast(node: Any, new: Iterable[Any] = (), changed: Iterable[Any] = ()) 
 # ---------------------------------------------------------------- a location as a parameter
 
 
-def parameter_of(location: Location) -> Parameter:
+def parameter_of(location: Location | LocalSource) -> Parameter:
     """The parameter with its current value."""
     return Parameter(location.parameter, value=location.value)
 
 
-def descriptor_of(location: Location) -> ParameterDescriptor:
+def descriptor_of(location: Location | LocalSource) -> ParameterDescriptor:
     """The descriptor of the contract: ``<file>:<line>:<column>  <source line>``."""
     place = f"{location.file}:{location.line}:{location.column}"
     return ParameterDescriptor(
         name=location.parameter,
         type=parameter_of(location).type_.value,
         description=f"{place}  {location.text or ''}",
-        additional_constraints=f"{IN_THE_FILE}{location.first!r}",
+        additional_constraints=_constraints(location),
         read_only=read_only,
     )
 
 
-def checked(location: Location, parameter: Any) -> Any:
+def _constraints(location: Location | LocalSource) -> str:
+    """``in the source file: <first value>; content <fingerprint>; given at start: <by what>``"""
+    parts = [f"{IN_THE_FILE}{location.first!r}"]
+    if isinstance(location, Location):
+        if location.literals.content is not None:
+            parts.append(f"{CONTENT}{location.literals.content}")
+        if location.given:
+            origin = overrides.origin(location.parameter)
+            parts.append(f"{GIVEN}: {origin}" if origin else GIVEN)
+    return "; ".join(parts)
+
+
+def checked(location: Location | LocalSource, parameter: Any) -> Any:
     """The plain value that a request asks for; raises SourceChangeRefused."""
     if read_only:
         raise SourceChangeRefused(READ_ONLY)
     value = untracked(parameter.value)
     if value is None:
-        raise SourceChangeRefused(f"{location.parameter} cannot be undeclared, it is a literal")
+        what = "a literal" if isinstance(location, Location) else "read by the program"
+        raise SourceChangeRefused(f"{location.parameter} cannot be undeclared, it is {what}")
     return location.check(value)
 
 
 # ---------------------------------------------------------------- advice: by name
 
 
-def _location(node: Any, name: Any) -> Location | None:
+def _location(node: Any, name: Any) -> Location | LocalSource | None:
     if type(name) is str and name.startswith(PREFIX):
         return owned(node).get(name)
     return None
@@ -171,7 +191,7 @@ def _named(args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
     return args[0] if args else kwargs.get("name")
 
 
-def _by_name(answer: Callable[[Location], Any]) -> Any:
+def _by_name(answer: Callable[[Location | LocalSource], Any]) -> Any:
     """Advice that answers for our locations and lets rclpy answer for all others."""
 
     def advice(wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
@@ -181,11 +201,11 @@ def _by_name(answer: Callable[[Location], Any]) -> Any:
     return advice
 
 
-def _immutable(location: Location) -> None:
+def _immutable(location: Location | LocalSource) -> None:
     raise ParameterImmutableException(location.parameter)
 
 
-_ANSWERS: dict[str, Callable[[Location], Any]] = {
+_ANSWERS: dict[str, Callable[[Location | LocalSource], Any]] = {
     "has_parameter": lambda location: True,
     "get_parameter": parameter_of,
     "get_parameter_or": parameter_of,
@@ -224,7 +244,7 @@ def _set_advice(wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
     return _apply(node, changes)
 
 
-def _apply(node: Any, changes: Mapping[Location, Any]) -> SetParametersResult:
+def _apply(node: Any, changes: Mapping[Location | LocalSource, Any]) -> SetParametersResult:
     try:
         refresh.apply(cast(Mapping[Source, Any], changes))
     except SourceChangeRefused as refusal:
@@ -289,11 +309,18 @@ def _take_overrides(node: Any) -> None:
         location = location_of(name)
         if location is not None:
             try:
-                changes[location] = location.check(untracked(value))
+                value = location.check(untracked(value))
+                if isinstance(location, LocalSource):
+                    location.start_with(value)  # what is behind it stays as it is
+                    refresh.follow()
+                else:
+                    changes[location] = value
             except SourceChangeRefused as refusal:
                 overrides.refuse(str(refusal))
     if changes:
         refresh.apply(changes)
+        for location in changes:
+            cast(Location, location).given = True
 
 
 def _for_literals(parameters: dict[str, Any]) -> Iterator[tuple[str, Any]]:

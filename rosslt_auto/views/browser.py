@@ -85,7 +85,8 @@ class Page:
     def __exit__(self, *_: object) -> None:
         self._ended.set()
         self._session.messages.remove(self._tell)
-        self._server.stop()
+        with contextlib.redirect_stdout(io.StringIO()):  # it says so
+            self._server.stop()
 
     def run(self, until: threading.Event | None = None) -> None:
         """Keeps the page up to date until the event is set, or for ever."""
@@ -240,10 +241,9 @@ class Page:
             self._code.content = panel.code(session.listing, live)
         self._undo.disabled = not session.can_undo
         self._save.disabled = session.saver is None or not session.listing.changed()
-        problem = self._problem or next(
-            (f"{key}: {why}" for key, why in
-             [*session.scene.problems.items(), *self._drawing.problems.items()]), ""
-        )  # fmt: skip
+        unshown = [*session.scene.problems.items(), *self._drawing.problems.items()]
+        others = [*session.listing.errors(), *(f"{key}: {why}" for key, why in unshown)]
+        problem = self._problem or next(iter(others), "")
         if self._message.visible != bool(problem):
             self._message.visible = bool(problem)
         if problem and self._message.content != _quoted(problem):

@@ -167,6 +167,14 @@ class Listing:
                 self.revision += 1
         return True
 
+    def errors(self) -> list[str]:
+        """What nodes complain about, with the place."""
+        return [
+            f"{os.path.basename(path)}:{line}: {reason}"
+            for path, (_, errors) in list(self._errors.items())
+            for line, reason in errors.items()
+        ]
+
     def files(self) -> list[SourceFile]:
         """The files with literals that matter, those that drags change most first."""
         by_file: dict[str, list[Literal]] = {}

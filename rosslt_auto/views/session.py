@@ -141,8 +141,8 @@ class Session:
 
     def _on_log(self, log: Any) -> None:
         level = log.level if isinstance(log.level, int) else ord(log.level)
-        if level >= 40 and self.listing.complaint(log.msg):
-            self.say(f"{log.name}: {log.msg.strip().splitlines()[-1]}")
+        if level >= 40:
+            self.listing.complaint(log.msg)
 
     # What goes out
 

@@ -78,6 +78,7 @@ def test_view_serves_a_page_on_this_machine_only(own_domain: int) -> None:
         with urllib.request.urlopen(address) as answer:
             assert b"<html" in answer.read()
         assert view.stop() == 130
+        assert view.stdout.all == [address]
         assert "Traceback" not in str(view)
 
 
@@ -92,7 +93,8 @@ def test_the_demo_comes_up_and_ends_everything(own_domain: int, how: str) -> Non
         assert len(_nodes(own_domain)) == len(NODES)
         getattr(demo, how)()
         assert demo.wait() == 130
-        assert "Traceback" not in str(demo)
+        assert demo.stdout.all == [address]
+        assert "Traceback" not in "".join(demo.stderr.all), str(demo)
     wait_until(lambda: not _nodes(own_domain), "the nodes have ended too")
 
 

@@ -415,3 +415,30 @@ def test_source_change_topic(pair: Pair) -> None:
     pair.shows(18, 5.5)
     assert pair.observer.get("/talker", COUNT) == 9
     pair.observer.destroy(changes)
+
+
+# undo and alternatives
+
+
+def test_a_force_is_taken_back(pair: Pair) -> None:
+    assert pair.cli("force", "/scaled", "linear.x=6.0").status == 0
+    pair.shows(20, 6.0)
+    undone = pair.cli("force", "--undo", "--json")
+    assert undone.status == 0, undone
+    assert undone.json["changes"] == [{"node": "/talker", "parameter": COUNT, "old": 10, "new": 5}]
+    pair.shows(10, 3.5)
+
+
+def test_nothing_to_take_back(domain: int, tmp_path) -> None:
+    outcome = rosslt_auto("force", "--undo", domain=domain, XDG_STATE_HOME=str(tmp_path))
+    assert outcome.status == 1
+    assert len(outcome.stderr.splitlines()) == 1, outcome
+
+
+def test_a_dry_run_lists_what_each_source_could_do(pair: Pair) -> None:
+    shown = pair.cli("force", "/scaled", "linear.x=4.0", "--dry-run", "--json").json
+    alternatives = {entry["parameter"]: entry for entry in shown["alternatives"]["linear.x"]}
+    assert alternatives[METRES]["new"] == 0.3
+    assert alternatives[OFFSET]["new"] == 1.5
+    assert alternatives[COUNT]["new"] == 6
+    assert "int" in alternatives["rosslt.talker.Talker.on_timer.data"]["reason"]  # 2.4

@@ -76,22 +76,25 @@ class Outcome:
 def both(tmp_path: Path) -> Callable[..., tuple[Outcome, Outcome]]:
     """Runs a program plain and instrumented, in processes of their own."""
 
-    def run(*words: str, python: tuple[str, ...] = (), **environment: str) -> tuple[Any, Any]:
-        return (
-            _process([sys.executable, *python, *words], tmp_path, environment),
-            _process([sys.executable, *python, "-c", _RUN, *words], tmp_path, environment),
-        )
+    def run(*words: str, python: tuple[str, ...] = ()) -> tuple[Outcome, Outcome]:
+        plain = _start([sys.executable, *python, *words], tmp_path)
+        ours = _start([sys.executable, *python, "-c", _RUN, *words], tmp_path)
+        return _outcome(plain), _outcome(ours)
 
     return run
 
 
-def _process(command: list[str], folder: Path, environment: dict[str, str]) -> Outcome:
-    done = subprocess.run(
+def _start(command: list[str], folder: Path) -> "subprocess.Popen[str]":
+    return subprocess.Popen(
         command,
         cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": "0", **environment},
-        capture_output=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": "0"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         text=True,
-        timeout=60,
     )
-    return Outcome(done.returncode, done.stdout, done.stderr)
+
+
+def _outcome(process: "subprocess.Popen[str]") -> Outcome:
+    stdout, stderr = process.communicate(timeout=60)
+    return Outcome(process.returncode, stdout, stderr)

@@ -149,7 +149,9 @@ def test_wrong_entries_are_ignored(module: str, woven: list[str], payload: bytes
     assert woven == ["m"]
 
 
-def test_entries_of_another_rewriter_are_ignored(module: str, woven: list[str], monkeypatch) -> None:
+def test_entries_of_another_rewriter_are_ignored(
+    module: str, woven: list[str], monkeypatch
+) -> None:
     load(module)
     monkeypatch.setattr(cache, "_engine", b"else")
     load(module)

@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -38,6 +39,7 @@ def environment(domain: int, **changes: str | None) -> dict[str, str]:
         "ROS_DOMAIN_ID": str(domain),
         **NETWORK,
         "PYTHONUNBUFFERED": "1",
+        "XDG_STATE_HOME": os.path.join(tempfile.gettempdir(), f"rosslt-state-{os.getpid()}"),
         **changes,
     }
     return {name: value for name, value in variables.items() if value is not None}
@@ -223,7 +225,9 @@ def _text(lines: Lines) -> str:
     return "".join(f"{line}\n" for line in lines.all)
 
 
-def rosslt_auto(*arguments: str, domain: int, deadline: float = DEADLINE) -> Outcome:
+def rosslt_auto(
+    *arguments: str, domain: int, deadline: float = DEADLINE, **changes: str | None
+) -> Outcome:
     """The outcome of `python -m rosslt_auto ARGUMENTS`."""
     command = [sys.executable, "-m", "rosslt_auto", *arguments]
-    return finish(Program(command, environment(domain)), deadline)
+    return finish(Program(command, environment(domain, **changes)), deadline)

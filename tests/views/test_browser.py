@@ -17,10 +17,11 @@ from typing import Any
 import pytest
 
 pytest.importorskip("viser")
-sync_api = pytest.importorskip("playwright.sync_api")
+pytest.importorskip("playwright.sync_api")
 
 import numpy as np
 from geometry_msgs.msg import Pose
+from playwright.sync_api import sync_playwright
 
 from support.domains import reserved_domain
 from support.observer import Observer, Recording
@@ -117,7 +118,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
         observer = stack.enter_context(Observer(domain))
         target, quad = observer.record(Pose, "target_pose"), observer.record(Pose, "quad_pose")
         [address] = view.stdout.matching("^http://", deadline=60.0)
-        playwright = stack.enter_context(sync_api.sync_playwright())
+        playwright = stack.enter_context(sync_playwright())
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
         stack.callback(browser.close)
         tab = browser.new_page(viewport={"width": 1000, "height": 560})
