@@ -26,13 +26,10 @@ INTERPOLATIONS = "+"
 """What the name of a module's table is followed by in the name of its list of f-strings."""
 
 _CHECKED_HASH = (0b11).to_bytes(4, "little")  # PEP 552: flags of a checked hash-based pyc
-_ENGINE_FILES = tuple(
-    f"{name}.py"
-    for name in (
-        "plain", "naming", "calls", "file_calls", "call_sites", "walk", "interpolations",
-        "statements", "expressions", "rewriter",
-    )  # fmt: skip
-)
+_ENGINE_FILES = (
+    "plain.py", "naming.py", "calls.py", "file_calls.py", "call_sites.py", "walk.py",
+    "interpolations.py", "statements.py", "expressions.py", "rewriter.py",
+)  # fmt: skip
 
 
 class Entry(NamedTuple):

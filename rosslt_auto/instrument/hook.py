@@ -96,7 +96,8 @@ def instrumented_code(
             source,
         )
     if entry.parts:
-        setattr(builtins, entry.table + cache.INTERPOLATIONS, [Interpolation(parts) for parts in entry.parts])
+        interpolations = [Interpolation(parts) for parts in entry.parts]
+        setattr(builtins, entry.table + cache.INTERPOLATIONS, interpolations)
     return entry.code
 
 

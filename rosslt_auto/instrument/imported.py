@@ -22,12 +22,12 @@ class AfterImport:
         if module is not None and not _is_initialising(module):
             then()
         else:
-            sys.meta_path.insert(0, self)  # type: ignore[arg-type]
+            sys.meta_path.insert(0, self)
 
     def cancel(self) -> None:
         """The module, if it is still to be imported, is not waited for any more."""
         if self in sys.meta_path:
-            sys.meta_path.remove(self)  # type: ignore[arg-type]
+            sys.meta_path.remove(self)
 
     def find_spec(self, name: str, path: Any = None, target: Any = None) -> Any:
         if name != self.name:

@@ -72,9 +72,7 @@ def _spine(value: Any) -> list[tuple[Any, int]]:
 def _signature(node: Any, index: int) -> Any:
     """Operator and shape of the other operands; plain numbers count as equal (measurements)."""
     others = tuple(
-        _shape(operand, [MAX_SIGNATURE])
-        for i, operand in enumerate(operands(node))
-        if i != index
+        _shape(operand, [MAX_SIGNATURE]) for i, operand in enumerate(operands(node)) if i != index
     )
     return (node._op.name, index, others)
 

@@ -89,7 +89,6 @@ def install(hide: Callable[[FunctionType], Any] | None = None) -> None:
     PlainType.__array_ufunc__ = property(_number_array_ufunc)  # type: ignore[attr-defined]
     PlainType.__array_function__ = property(_number_array_function)  # type: ignore[attr-defined]
     bindings.CONTAINERS[id(TrackedArray)] = replace_elements
-    READERS[id(TrackedArray)] = elements
     if hide is not None:
         _hide_all(hide)
 
@@ -106,7 +105,6 @@ def uninstall() -> None:
     ADVICE.clear()
     array_scalars.uninstall()
     bindings.CONTAINERS.pop(id(TrackedArray), None)
-    READERS.pop(id(TrackedArray), None)
 
 
 def _hide_all(hide: Callable[[FunctionType], Any]) -> None:
@@ -121,6 +119,8 @@ def _hide_all(hide: Callable[[FunctionType], Any]) -> None:
             _hidden[id(function)] = function
             hide(function)
 
+
+READERS[id(TrackedArray)] = elements
 
 __all__ = [
     "ADVICE",

@@ -139,9 +139,7 @@ def _leftmost(targets: Sequence[Target], candidates: list[list[Source]]) -> Solu
     changes: Changes = {}
     for count, (value, target) in enumerate(targets, 1):
         earlier = [source for found in candidates[: count - 1] for source in found]
-        changes = _extended(
-            changes, targets[:count], value, target, candidates[count - 1], earlier
-        )
+        changes = _extended(changes, targets[:count], value, target, candidates[count - 1], earlier)
     return checked(targets, changes)
 
 
@@ -297,9 +295,7 @@ def as_held(source: Source, wanted: Any) -> Any:
         raise NotInvertible(str(refusal)) from None
 
 
-def _only_path(
-    value: Any, source: Source
-) -> tuple[list[_Step], Any]:
+def _only_path(value: Any, source: Source) -> tuple[list[_Step], Any]:
     """The way from `value` down to the source, as far as there is only one; and where it ends.
 
     The end is the

@@ -121,7 +121,6 @@ class Source:
             raise SourceChangeRefused(f"{self.parameter} must fit into 64 bits, not {value}")
         return value
 
-
     def change(self, value: Any) -> None:
         """Takes a value that `check` has passed. Only a source of this process can."""
         raise SourceChangeRefused(f"{self.parameter} belongs to another node, {self.node}")
@@ -264,9 +263,7 @@ class Literals:
         self._publishers[name] = publish
         publish(self.table)
 
-    def now_in(
-        self, source: bytes, infos: list[LiteralInfo], values: tuple[Any, ...]
-    ) -> None:
+    def now_in(self, source: bytes, infos: list[LiteralInfo], values: tuple[Any, ...]) -> None:
         """Notes that the file has other values at other places now, see `saved`."""
         self.source, self._content, self._lines = source, None, None
         self._infos, self.values = infos, values

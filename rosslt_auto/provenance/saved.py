@@ -14,7 +14,7 @@ from .source_files import Edit, NotWritten, SourceFile
 
 
 class LiteralEdit(NamedTuple):
-    """A literal's place in the file before the edit (as in Python's ast), its new text and value."""
+    """A literal's place before the edit (as in Python's ast), its new text, and what that says."""
 
     line: int
     column: int
@@ -98,8 +98,11 @@ def _shift_by(
                 bare = edit.text if type(value) is str else edit.text.strip(" ()")
                 lead = edit.text.index(bare)
                 return start + moved + lead, start + moved + lead + len(bare)
+            longer = len(edit.text) - (edit.end - edit.start)
             if edit.end <= start:
-                moved += len(edit.text) - (edit.end - edit.start)
+                moved += longer
+            elif start <= edit.start and edit.end <= end:  # all of an f-string, for its pieces
+                end += longer
         return start + moved, end + moved
 
     return shifted

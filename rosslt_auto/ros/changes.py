@@ -3,8 +3,8 @@
 rcl_interfaces/msg/ParameterEvent; what stands in `changed_parameters` for a node of this
 process is set exactly as through its parameter services, together or not at all.
 
-What stands in `new_parameters` tells a node that values have been saved (`saving`): the name of each
-is the path of a source file that the node's process has loaded, its value a text of JSON,
+What stands in `new_parameters` tells a node that values have been saved (`saving`): the name of
+each is the path of a source file that the node's process has loaded, its value a text of JSON,
 ``{"before": F, "after": G, "edits": [[line, column, end_line, end_column, text, value], ...]}``.
 F and G are the fingerprints (`locations.fingerprint`) of what was loaded and of what the file has
 now, an edit is the place of a literal in what was loaded, its new text, and the value of that. A
@@ -82,9 +82,7 @@ def apply(node: Any, event: Any) -> None:
             _refused(node, result.reason)
 
 
-def saved_parameter(
-    path: str, before: str, after: str, edits: Sequence[saved.LiteralEdit]
-) -> Any:
+def saved_parameter(path: str, before: str, after: str, edits: Sequence[saved.LiteralEdit]) -> Any:
     """The message that tells a node of edits of a file: one of `new_parameters`, see above."""
     news = {"before": before, "after": after, "edits": edits}
     return Parameter(path, value=json.dumps(news)).to_parameter_msg()

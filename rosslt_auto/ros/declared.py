@@ -26,7 +26,11 @@ from rosslt_auto.provenance.values import leaf, untracked
 
 from .joinpoints import JoinPoints
 
-_KINDS = {Parameter.Type.DOUBLE: "float", Parameter.Type.INTEGER: "int"}
+_KINDS = {
+    Parameter.Type.DOUBLE: "float",
+    Parameter.Type.INTEGER: "int",
+    Parameter.Type.STRING: "str",
+}
 
 _sources: weakref.WeakKeyDictionary[Any, dict[str, ParameterSource]] = weakref.WeakKeyDictionary()
 

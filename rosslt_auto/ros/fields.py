@@ -7,6 +7,7 @@ message that is published. A field's path is what one types in Python after ``ms
 
 from __future__ import annotations
 
+import array
 import importlib
 import operator
 import re
@@ -15,14 +16,24 @@ from functools import cache, partial
 from itertools import groupby
 from typing import Any, NamedTuple
 
-from rosidl_parser.definition import AbstractNestedType, BasicType, NamespacedType
+from rosidl_parser.definition import (
+    AbstractGenericString,
+    AbstractNestedType,
+    BasicType,
+    NamespacedType,
+)
 
+from ..provenance.elements import READERS, any_tracked
 from ..provenance.operators import DEFERRED, OPERATORS
-from ..provenance.values import TrackedFloat, TrackedInt
+from ..provenance.values import TrackedFloat, TrackedInt, TrackedStr, deferred, is_tracked
 from .header import Header, HeaderError, Outline
 
 FLOATS = frozenset({"float", "double", "long double"})
 INTEGERS = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
+_BYTES = frozenset({"int8", "uint8"})
+
+LONG = 4096
+"""Longer sequences are data (images, clouds): their elements are plain."""
 
 _FLOAT32 = OPERATORS["float32"]
 _TOKEN = re.compile(r"([A-Za-z][A-Za-z0-9_]*)(?:\[([0-9]{1,9})\])?")
@@ -33,13 +44,20 @@ class Tracked(NamedTuple):
 
     path         of the field
     value        the tracked value
-    owner, slot  ``getattr(owner, slot)`` is the value
+    owner, slot  ``getattr(owner, slot)`` is the value; of an element ``owner[slot]``
     """
 
     path: str
     value: Any
     owner: Any
-    slot: str
+    slot: Any
+
+    def put(self, value: Any) -> None:
+        """Puts another value in its place."""
+        if type(self.slot) is not int:
+            setattr(self.owner, self.slot, value)
+        elif type(self.owner) is not tuple:
+            self.owner[self.slot] = value
 
 
 class Member(NamedTuple):
@@ -73,17 +91,19 @@ def message_class(definition: NamespacedType) -> type:
 @cache
 def trackable(message_type: type) -> bool:
     """Whether messages of this type have fields whose values can be tracked."""
-    return any(_trackable(member.type) for member in members(message_type))
+    return any(trackable_type(member.type) for member in members(message_type))
 
 
-def _trackable(kind: Any) -> bool:
+def trackable_type(kind: Any) -> bool:
+    """Whether values of a field of this type, or below it, can be tracked."""
     if isinstance(kind, BasicType):
         return kind.typename in FLOATS or kind.typename in INTEGERS
+    if isinstance(kind, AbstractGenericString):
+        return True
     if isinstance(kind, AbstractNestedType):
-        # Sequences of numbers are arrays: their elements are plain.
         kind = kind.value_type
         if not isinstance(kind, NamespacedType):
-            return False
+            return trackable_type(kind) and getattr(kind, "typename", "") not in _BYTES
     return isinstance(kind, NamespacedType) and trackable(message_class(kind))
 
 
@@ -124,6 +144,11 @@ def _generate(message_type: type) -> Collector:
     namespace |= {
         "TrackedFloat": TrackedFloat,
         "TrackedInt": TrackedInt,
+        "TrackedStr": TrackedStr,
+        "array": array.array,
+        "elements": _elements,
+        "scalar": _scalar,
+        "strings": _strings,
         "Tracked": tuple.__new__,  # without the detour through NamedTuple's own __new__
         "Cls": Tracked,
         "deviating": _deviating,
@@ -148,21 +173,37 @@ class _Source:
         indent = " " * depth
         for member in members(message_type):
             kind = member.type
-            if not _trackable(kind):
+            if not trackable_type(kind):
                 continue
             self.variables += 1
             value = f"v{self.variables}"
             path = prefix + member.name
             self.lines.append(f"{indent}{value} = {owner}.{member.slot}")
-            if isinstance(kind, BasicType):
-                tracked = "TrackedFloat" if kind.typename in FLOATS else "TrackedInt"
+            if isinstance(kind, (BasicType, AbstractGenericString)):
+                tracked, plain = _class_names(kind)
                 self.lines += [
                     f"{indent}if type({value}) is {tracked}:",
                     f"{indent} found.append("
                     f"Tracked(Cls, ({_literal(path)}, {value}, {owner}, {member.slot!r})))",
                 ]
+                if plain is not None:
+                    self.lines += [
+                        f"{indent}elif type({value}) is not {plain}:",
+                        f"{indent} scalar({_literal(path)}, {value}, {owner}, {member.slot!r},"
+                        f" {tracked}, found)",
+                    ]
             elif isinstance(kind, NamespacedType):
                 self.message(kind, value, path, depth)
+            elif isinstance(kind.value_type, AbstractGenericString):
+                self.lines += [
+                    f"{indent}if {value}:",
+                    f"{indent} strings({_literal(path)}, {value}, found)",
+                ]
+            elif not isinstance(kind.value_type, NamespacedType):
+                self.lines += [
+                    f"{indent}if type({value}) is not array:",
+                    f"{indent} elements({_literal(path)}, {value}, found)",
+                ]
             else:
                 index, element = f"i{self.variables}", f"e{self.variables}"
                 self.lines += [
@@ -179,6 +220,37 @@ class _Source:
         self.lines.append(f"{indent}if type({value}) is {name}:")
         self.add(nested, value, path + ".", depth + 1)
         self.lines += [f"{indent}else:", f"{indent} deviating({value}, {_literal(path)}, found)"]
+
+
+def _class_names(kind: Any) -> tuple[str, str | None]:
+    """Our class for a field, and the plain one if numpy's scalars may stand there too."""
+    if isinstance(kind, AbstractGenericString):
+        return "TrackedStr", None
+    return ("TrackedFloat", "float") if kind.typename in FLOATS else ("TrackedInt", "int")
+
+
+def _scalar(path: str, value: Any, owner: Any, slot: str, cls: type, found: list[Tracked]) -> None:
+    """A scalar of numpy in a field of Python's kind `cls`."""
+    if is_tracked(value) and type(getattr(value, "_core", None)) is cls:
+        found.append(Tracked(path, value, owner, slot))
+
+
+def _elements(path: str, held: Any, found: list[Tracked]) -> None:
+    """The elements of a sequence of numbers."""
+    read = READERS.get(id(type(held)))
+    if read is None or len(held) > LONG:
+        return
+    for index, element in enumerate(read(held) or ()):
+        if is_tracked(element):
+            found.append(Tracked(f"{path}[{index}]", element, held, index))
+
+
+def _strings(path: str, held: Any, found: list[Tracked]) -> None:
+    """The elements of a sequence of strings."""
+    if (type(held) is list or type(held) is tuple) and len(held) <= LONG and any_tracked(held):
+        for index, element in enumerate(held):
+            if type(element) is TrackedStr:
+                found.append(Tracked(f"{path}[{index}]", element, held, index))
 
 
 def _literal(path: str) -> str:
@@ -202,9 +274,10 @@ def attach(message: Any, header: Header) -> None:
     header is not for such a message.
     """
     message_type = type(message)
-    plan = header.outline.plans.get(message_type)
-    if plan is None:
-        plan = header.outline.plans[message_type] = _plan(header.outline, message_type)
+    plans = header.outline.plans.get(message_type)
+    if plans is None:
+        plans = header.outline.plans[message_type] = _plan(header.outline, message_type)
+    plan, sequences = plans
     values = header.values
     for reach, slot, leaf, index, number, depth, single in plan:
         try:
@@ -239,10 +312,50 @@ def attach(message: Any, header: Header) -> None:
             made._a = expand
             made._b = None
             made._depth = depth
-        else:
+        elif kind is int:
             made = int.__new__(TrackedInt, received)
             made._n = (received, DEFERRED, expand, None, depth)
+        else:
+            made = deferred(received, expand, depth)
         setattr(owner, slot, made)
+    for reach, slot, elements in sequences:
+        try:
+            owner = message if reach is None else reach(message)
+            held = getattr(owner, slot)
+            made = _with_elements(held, elements, header)
+        except (AttributeError, IndexError, TypeError):
+            raise HeaderError("an element that the message does not have") from None
+        if made is not held:
+            setattr(owner, slot, made)
+
+
+def _with_elements(held: Any, elements: Plan, header: Header) -> Any:
+    """A sequence of numbers or strings with the provenance of its elements."""
+    if len(held) > LONG:
+        return held
+    nodes = held if type(held) is list else held.tolist()
+    for _, slot, leaf, index, number, depth, single in elements:
+        at = int(slot)
+        received = nodes[at]
+        sent = header.values[index] if leaf is None else leaf._v
+        if type(sent) is not type(received):
+            continue
+        if received == sent and (received or str(received) == str(sent)):
+            expand = partial(_expanded, header, number)
+            nodes[at] = leaf if leaf is not None else deferred(received, expand, depth)
+        elif received != received and sent != sent:
+            nodes[at] = deferred(received, partial(_expanded, header, number), depth)
+        elif single and type(received) is float and _FLOAT32.forward(sent) == received:
+            nodes[at] = deferred(received, partial(_rounded, header, number), depth + 1)
+    if type(held) is list:
+        return held
+    if isinstance(held, array.array):
+        from ..provenance import sequences
+
+        return sequences.with_elements(held, nodes)
+    from ..provenance import arrays  # of numpy, which is there then
+
+    return arrays.with_elements(held, nodes)
 
 
 def _expanded(header: Header, number: int) -> tuple[Any, Any, Any]:
@@ -259,23 +372,33 @@ def _rounded(header: Header, number: int) -> tuple[Any, Any, Any]:
 # reach (None: the message itself), slot, leaf (None: an operation), index of its value in the
 # header, number of its slot in the outline, depth, whether it is a float32
 Plan = list[tuple[Callable[[Any], Any] | None, str, Any, int, int, int, bool]]
+Sequences = list[tuple[Callable[[Any], Any] | None, str, Plan]]
 
 
-def _plan(outline: Outline, message_type: type) -> Plan:
-    """How to reach each field, and where its value and its leaf are in headers of this outline."""
+def _plan(outline: Outline, message_type: type) -> tuple[Plan, Sequences]:
+    """How to reach each field, and where its value and its leaf are in headers of this outline.
+
+    Beside it the same for the elements of each sequence: their slot is their index.
+    """
     places = {step[0]: index for index, step in enumerate(outline.steps)}
     plan: Plan = []
+    by_sequence: dict[tuple[str | int, ...], Plan] = {}
     for path, number in outline.fields:
         steps, kind = _resolve(message_type, path)
-        if type(steps[-1]) is int or not isinstance(kind, BasicType) or not _trackable(kind):
+        if isinstance(kind, (AbstractNestedType, NamespacedType)) or not trackable_type(kind):
             continue  # something that later versions track
-        reach = _getter(steps[:-1]) if len(steps) > 1 else None
+        is_element = type(steps[-1]) is int
+        reach = _getter(steps[:-1]) if len(steps) > 1 and not is_element else None
         leaf = outline.slots[number]
         index = places.get(number, -1)
         depth = outline.steps[index][4] if leaf is None else 1
-        single = kind.typename == "float"
-        plan.append((reach, str(steps[-1]), leaf, index, number, depth, single))
-    return plan
+        single = getattr(kind, "typename", "") == "float"
+        row = (reach, str(steps[-1]), leaf, index, number, depth, single)
+        (by_sequence.setdefault(tuple(steps[:-1]), []) if is_element else plan).append(row)
+    return plan, [
+        (_getter(list(way[:-1])) if len(way) > 1 else None, str(way[-1]), rows)
+        for way, rows in by_sequence.items()
+    ]
 
 
 def _resolve(message_type: type, path: str) -> tuple[list[str | int], Any]:

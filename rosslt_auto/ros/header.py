@@ -379,6 +379,7 @@ _COUNTS: dict[str, Callable[[int], bool]] = {
     "min": lambda count: count >= 2,
     "max": lambda count: count >= 2,
     "str": lambda count: count == 1,
+    "pieces": lambda count: count >= 3 and count % 3 == 0,
     "int": lambda count: count == 1,
     "float": lambda count: count == 1,
     "log": lambda count: count in (1, 2),

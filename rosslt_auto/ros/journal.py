@@ -6,6 +6,7 @@ called /talker in another domain is another node.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 from pathlib import Path
@@ -27,10 +28,8 @@ def add(changes: list[Change]) -> None:
     if not changes:
         return
     line = json.dumps([change.to_json() for change in changes])
-    try:
+    with contextlib.suppress(OSError):
         _write([*_lines(), line])
-    except OSError:
-        pass
 
 
 def last() -> list[Change]:

@@ -20,15 +20,17 @@ from rosslt_auto.provenance.locations import set_initial_values
 PREFIX = "rosslt."
 
 _given: dict[str, Any] = {}
-_origins: dict[str, str] = {}
+_arguments: list[str] = []
+_origins: dict[tuple[str, str | None], str | None] = {}
 
 
 def prepare(arguments: Sequence[str]) -> None:
     """Sets aside what a program's command line says about literals that are loaded later."""
     if "--ros-args" not in arguments:
         return
-    for name, value, origin in _items(arguments):
-        _given[name], _origins[name] = value, origin
+    _arguments[:] = arguments
+    _origins.clear()
+    _given.update(read(arguments))
     if _given:
         set_initial_values(_given, refuse)
 
@@ -38,9 +40,13 @@ def is_given(name: str, value: Any) -> bool:
     return name in _given and _given[name] == value and type(_given[name]) is type(value)
 
 
-def origin(name: str) -> str | None:
-    """What has given a literal its value: ``-p`` or the path of a parameter file, if known."""
-    return _origins.get(name)
+def origin(name: str, node: str | None) -> str | None:
+    """What has given a literal of a node its value, if known: ``-p`` or a parameter file's path."""
+    key = (name, node)
+    if key not in _origins:
+        found = [where for given, _, where in _items(_arguments, node) if given == name]
+        _origins[key] = found[-1] if found else None
+    return _origins[key]
 
 
 def add(values: Mapping[str, Any]) -> None:
@@ -62,10 +68,10 @@ def read(arguments: Sequence[str]) -> dict[str, Any]:
     return {name: value for name, value, _ in _items(arguments)}
 
 
-def _items(arguments: Sequence[str]) -> Iterator[tuple[str, Any, str]]:
-    """(name, value, where it is said): later ones take precedence."""
+def _items(arguments: Sequence[str], node: str | None = None) -> Iterator[tuple[str, Any, str]]:
+    """(name, value, where it is said) for a node, by default any; later ones take precedence."""
     options = list(_ros_options(arguments))
-    node = _node_name(options)
+    node = node or _node_name(options)
     for option, value in options:
         if option == "-p":
             pattern, name, text = _split_rule(value)

@@ -162,7 +162,7 @@ def _constraints(location: Location | LocalSource) -> str:
         if location.literals.content is not None:
             parts.append(f"{CONTENT}{location.literals.content}")
         if location.given:
-            origin = overrides.origin(location.parameter)
+            origin = overrides.origin(location.parameter, location.node)
             parts.append(f"{GIVEN}: {origin}" if origin else GIVEN)
     return "; ".join(parts)
 

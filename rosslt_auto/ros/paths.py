@@ -13,9 +13,6 @@ class FieldError(ValueError):
 
 
 _STEP = re.compile(r"(?:^|\.)([A-Za-z_]\w*)|\[(\d+)\]")
-_PRIMITIVES = {"boolean", "string", "wstring", "float", "double", "octet", "char", "byte"} | {
-    f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)
-}
 _SEQUENCE = re.compile(r"sequence<(.+?)(?:, \d+)?>|(.+)\[\d+\]")
 
 
@@ -113,9 +110,22 @@ def parse(kind: str, path: str, text: Any) -> Any:
         if value not in _INTEGERS[kind]:
             raise FieldError(f"{path} is {kind}: {text} does not fit")
         return value
-    if kind in _PRIMITIVES:
-        raise FieldError(f"{path} is {kind}: only numbers can be forced")
-    raise FieldError(f"{path} is {kind}: name one number in it")
+    if _STRING.fullmatch(kind):
+        return str(text)
+    if kind == "boolean":
+        return _as_bool(path, text)
+    raise FieldError(f"{path} is {kind}: name one number or text in it")
+
+
+_STRING = re.compile(r"w?string(<\d+>)?")
+_TRUTH = {"true": True, "false": False, "1": True, "0": False}
+
+
+def _as_bool(path: str, text: Any) -> bool:
+    value = _TRUTH.get(str(text).lower())
+    if value is None:
+        raise FieldError(f"{path} is boolean, {text!r} is neither true nor false")
+    return value
 
 
 def _as_float(kind: str, path: str, text: Any) -> float:

@@ -22,7 +22,7 @@ from std_msgs.msg import UInt8MultiArray
 from ..provenance import refresh
 from ..provenance.locations import Source
 from ..provenance.values import is_tracked
-from . import fields, header, serving
+from . import fields, header, sequences, serving
 from .encoding import Encoder
 from .joinpoints import JoinPoints
 
@@ -143,14 +143,16 @@ class HeaderPublisher:
     def _current(self, found: list[fields.Tracked]) -> list[tuple[str, Any]]:
         """The tracked fields as they go out: up to date, and not too deep."""
         values = []
-        for path, value, owner, slot in found:
+        for field in found:
+            path, value, _, _ = field
             if refresh.any_change:
                 current = refresh.refreshed(value)
                 if current is not value:
-                    setattr(owner, slot, current)
+                    field.put(current)
                     value = current
                 if not is_tracked(value):
                     continue
+            value = getattr(value, "_core", value)
             self._encoder.fold(value)
             values.append((path, value))
         return values
@@ -242,6 +244,7 @@ def _connect(node: Node, publisher: Any) -> None:
         return
     topic = handle.get_topic_name()
     if has_headers(publisher.msg_type, topic):
+        sequences.weave(publisher.msg_type)
         handle.headers = HeaderPublisher(node, publisher.msg_type, topic, publisher.qos_profile)
         _connected.add(handle)
 
@@ -256,6 +259,7 @@ def install() -> None:
 def uninstall() -> None:
     """Takes the advice off; publishers that were made in between become plain."""
     _join_points.restore()
+    sequences.uninstall()
     if _rclpy.Publisher is _Handle:
         _rclpy.Publisher = _plain_handle
     for handle in list(_connected):

@@ -168,7 +168,9 @@ def _file_change(changed: Sequence[Place], places: Sequence[Place]) -> FileChang
     wanted = sorted({(place.line or 0, place.column or 0) for place in changed})
     literals = [_saved(source, tree, by_position[position]) for position in wanted]
     edits = [one.edit for one in literals]
-    nodes = {tree.at(line, column): one for (line, column), one in zip(wanted, literals, strict=True)}
+    nodes = {
+        tree.at(line, column): one for (line, column), one in zip(wanted, literals, strict=True)
+    }
     if not tree.becomes(
         source.edited(edits), {node: one.known_as.value for node, one in nodes.items()}
     ):
@@ -194,9 +196,7 @@ def _lines(source: SourceFile, places: Sequence[Place]) -> str:
     """Which lines are others than those that were loaded, as far as nodes have told them."""
     last = source.position(len(source.text))[0]
     known = {place.line: place.text for place in places if place.line is not None}
-    found = sorted(
-        line for line, text in known.items() if line > last or source.line(line) != text
-    )
+    found = sorted(line for line, text in known.items() if line > last or source.line(line) != text)
     if not found:
         return "other lines differ than those of its literals; start the node again"
     return f"{'lines' if len(found) > 1 else 'line'} {', '.join(map(str, found))} differ" + (
@@ -207,15 +207,15 @@ def _lines(source: SourceFile, places: Sequence[Place]) -> str:
 def _saved(source: SourceFile, tree: _Tree, places: Sequence[Place]) -> Saved:
     first = places[0]
     where = f"{first.file}:{first.line}:{first.column}"
+    node = tree.at(first.line or 0, first.column or 0)
+    if node is None or not all(same(tree.value(node), place.first) for place in places):
+        raise CannotSave(f"{where}: where in the f-string {first.first!r} is cannot be told")
     for other in places[1:]:
         if not same(first.value, other.value):
             raise CannotSave(
                 f"{where} has several values: {first.value!r} in {first.node},"
                 f" {other.value!r} in {other.node}; name the node whose value to save"
             )
-    node = tree.at(first.line or 0, first.column or 0)
-    if node is None or not all(same(tree.value(node), place.first) for place in places):
-        raise CannotSave(f"{where}: there is no {first.first!r}, or its place cannot be told")
     end = (node.end_lineno or node.lineno, node.end_col_offset or node.col_offset)
     try:
         start, stop = source.range(node.lineno, node.col_offset, *end)
@@ -247,7 +247,7 @@ def _spelled(
         )  # fmt: skip
     begin = _F_STRING.match(source.text, source.offset(joined.lineno, joined.col_offset))
     if sys.version_info < (3, 12) or begin is None:
-        raise CannotSpell("where this part of an f-string is cannot be told")
+        raise CannotSpell("where in the f-string it is cannot be told")
     return respell_piece(
         text, place.first, place.value, prefix=begin[1], quote=begin[2], encoding=source.encoding
     )
@@ -459,4 +459,13 @@ def selected(places: Iterable[Place], nodes: Collection[str]) -> list[Place]:
     return [place for place in places if place.node in nodes]
 
 
-__all__ = ["CannotSave", "Plan", "Report", "Saver", "ViewSaver", "prepare", "selected", "where_given"]
+__all__ = [
+    "CannotSave",
+    "Plan",
+    "Report",
+    "Saver",
+    "ViewSaver",
+    "prepare",
+    "selected",
+    "where_given",
+]

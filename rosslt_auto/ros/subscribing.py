@@ -23,7 +23,7 @@ from rclpy.qos import QoSProfile
 from rclpy.type_support import check_for_type_support
 from std_msgs.msg import UInt8MultiArray
 
-from . import fields, header
+from . import fields, header, sequences
 from .header import Header, HeaderError
 from .joinpoints import JoinPoints
 from .publishing import has_headers, header_qos
@@ -327,6 +327,7 @@ def _connect(node: Node, subscription: Any) -> None:
         return
     topic = handle.get_topic_name()
     if has_headers(subscription.msg_type, topic):
+        sequences.weave(subscription.msg_type)  # for messages that are changed and republished
         handle.headers = Headers(node, topic, subscription.qos_profile)
         _connected.add(handle)
 

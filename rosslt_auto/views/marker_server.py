@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from rclpy.duration import Duration
 from rclpy.qos import QoSProfile
 from visualization_msgs.msg import (
     InteractiveMarker,
@@ -68,6 +69,7 @@ class MarkerServer:
             for name in list(self._markers):
                 self.erase(name)
             self.apply()
+        self._update.wait_for_all_acked(Duration(seconds=1))  # or the last word may be lost
         self._node.destroy_subscription(self._subscription)
         self._node.destroy_service(self._service)
         self._node.destroy_publisher(self._update)

@@ -9,7 +9,7 @@ import pytest
 from support.domains import reserved_domain
 from support.process import Outcome, Program, environment, finish, rosslt_auto, start
 
-VERBS = ["run", "echo", "force", "locations"]
+VERBS = ["run", "echo", "force", "locations", "save"]
 
 
 @pytest.mark.parametrize("verb", VERBS)

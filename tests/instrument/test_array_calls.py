@@ -62,7 +62,7 @@ def test_where_an_element_comes_from(instrumented: Callable[..., dict[str, Any]]
     """)
     found = provenance(names["out"])
     assert found is not None
-    assert [source.hint for source in found.sources][0] == "gain"
+    assert found.sources[0].hint == "gain"
     solution = found.invert(8.0)
     assert {source.hint: value for source, value in solution.changes.items()} == {"gain": 4.0}
 
@@ -95,9 +95,7 @@ except ValueError:
 """
 
 
-def test_a_program_sees_plain_numpy(
-    tmp_path: Path, both: Callable[..., tuple[Any, Any]]
-) -> None:
+def test_a_program_sees_plain_numpy(tmp_path: Path, both: Callable[..., tuple[Any, Any]]) -> None:
     (tmp_path / "program.py").write_text(PROGRAM)
     plain, ours = both("program.py")
     assert ours == plain

@@ -3,6 +3,7 @@
 import ast
 import builtins
 import os
+import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -179,6 +180,61 @@ def test_a_number_in_an_f_string(tmp_path: Path) -> None:
     assert program.path.read_text() == (before if plan.refused else after)
 
 
+def strings(program: Module) -> dict[str, Location]:
+    return {one.first: one for one in program.locations if one.kind == "str"}
+
+
+@pytest.mark.parametrize(
+    ("before", "value", "after"),
+    [
+        ("x = 'left'; y = 'right'\n", "it's", "x = 'it\\'s'; y = 'right'\n"),
+        ('x = "left"  # "left"\n', "über", 'x = "über"  # "left"\n'),
+        ("x = r'left'\n", "a b", "x = r'a b'\n"),
+        ('x = """left"""; y = 1.5\n', "one\ntwo", None),
+    ],
+)
+def test_texts(before: str, value: str, after: str | None, tmp_path: Path) -> None:
+    program = module(tmp_path, before)
+    refresh.apply({strings(program)["left"]: value})
+    assert not save(program).refused
+    assert after in (None, program.path.read_text())
+    # Once more, with all that stands behind it.
+    others = {one: one.value * 2 for one in program.locations}
+    refresh.apply(others)
+    assert not save(program).refused
+    again: dict[str, Any] = {}
+    exec(program.path.read_text(), again)
+    assert [again[name] for name in "xy" if name in again] == list(others.values())
+
+
+def test_texts_in_a_row_are_refused(tmp_path: Path) -> None:
+    source = "x = ('one '\n     'two')\ny = 1.5\n"
+    program = module(tmp_path, source)
+    refresh.apply({strings(program)["one two"]: "three"})
+    program.change(y=2.5)
+    [reason] = save(program).refused
+    assert f"{program.path}:1:5: " in reason and "several strings" in reason
+    assert program.path.read_text() == source
+
+
+def test_pieces_of_an_f_string(tmp_path: Path) -> None:
+    source = 'n = 2\nx = f"left {n * 2.5} right {n}"; y = 1.5\n'
+    program = module(tmp_path, source)
+    pieces = strings(program)
+    refresh.apply({pieces[" right "]: " -> {1} ", program.locations[-1]: 7.5})
+    plan = save(program)
+    if sys.version_info < (3, 12):
+        [reason] = plan.refused
+        assert "f-string" in reason and program.path.read_text() == source
+        return
+    assert not plan.refused
+    after = source.replace(" right ", " -> {{1}} ").replace("1.5", "7.5")
+    assert program.path.read_text() == after
+    refresh.apply({pieces["left "]: "l ", pieces[" right "]: " r ", program.locations[-1]: 1.5})
+    assert not save(program).refused
+    assert program.path.read_text() == source.replace(" right ", " r ").replace("left ", "l ")
+
+
 # ---------------------------------------------------------------- refusals
 
 
@@ -280,6 +336,26 @@ def test_two_nodes_with_the_same_value(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
+def test_a_file_with_two_paths(tmp_path: Path) -> None:
+    program = module(tmp_path, "x = 1.5; y = 2.5\n")
+    link = tmp_path / "link.py"
+    link.symlink_to(program.path)
+    other = Module(link, program.path.read_bytes(), "other_module")
+    for one, name in ((program, "x"), (other, "y")):
+        one.change(**{name: 10.25})
+    places = [*program.places("/a"), *other.places("/b")]
+    # A node's unchanged literals are its values, too.
+    assert "several values" in saving.prepare(places).refused[0]
+    plan = saving.prepare(saving.selected(places, {"/b"}))
+    assert not plan.refused
+    plan.files[0].write()
+    adopt(plan, places)
+    assert link.is_symlink() and program.path.read_text() == "x = 1.5; y = 10.25\n"
+    assert [(one.first, one.value) for one in program.locations] == [(1.5, 10.25), (10.25, 2.5)]
+    assert [(one.first, one.value) for one in other.locations] == [(1.5, 1.5), (10.25, 10.25)]
+    assert program.literals.content != other.literals.content
+
+
 def test_a_value_given_at_start_is_no_literal(tmp_path: Path) -> None:
     name = "rosslt.saved_module.x"
     locations.set_initial_values({name: 7.5}, pytest.fail)
@@ -301,8 +377,7 @@ def test_a_value_given_at_start_is_no_literal(tmp_path: Path) -> None:
 def test_a_program_that_loads_the_saved_file_again(early: bool, tmp_path: Path) -> None:
     program = module(tmp_path, "def f():\n    a = 1.5; b = 2.5\n    return a, b\n")
     old = program.namespace["f"]
-    a, b = program.locations
-    refresh.apply({a: 10.25})
+    refresh.apply({program.locations[0]: 10.25})
     places = program.places()
     plan = saving.prepare(places)
     plan.files[0].write()
@@ -358,7 +433,7 @@ def test_news_that_is_not_true(wrong: str, tmp_path: Path) -> None:
         def warning(self, text: str) -> None:
             refusals.append(text)
 
-    changes._adopt(Node(), path, text[: -5] if wrong == "json" else text)
+    changes._adopt(Node(), path, text[:-5] if wrong == "json" else text)
     assert len(refusals) == 1
     assert (location.first, location.value, location.column) == (1.5, 1.5, 4)
     assert program.literals.content == before
@@ -411,20 +486,20 @@ def test_the_view_saves(
     with Observer("test") as observer:
         observer.settle(float("inf"))
         saver = saving.ViewSaver(observer)
-        for number in (10.25, 1.0):
+        for number in (10.25, 1.75):
             program.change(b=number)
             changed = [place for place in program.places() if saving.differs(place)]
             assert f"+a = 1.5; b = {number}\n" in saver.diff(changed)
             assert saver.save(changed) == "saved 1 value in program.py"
             assert program.path.read_text() == f"a = 1.5; b = {number}\n"
             assert [one.first for one in program.locations] == [1.5, number]
-            [a, b] = observer.parameters.places("/robot", 5.0)
+            [_, b] = observer.parameters.places("/robot", 5.0)
             assert b.first == b.value == number
             assert b.text == program.path.read_text().strip()
         with pytest.raises(saving.CannotSave, match="nothing"):
             saver.save(program.places())
         program.change(a=7.5)
-        program.path.write_text("a = 2; b = 1.0\n")
+        program.path.write_text("a = 2; b = 1.75\n")
         for action in (saver.diff, saver.save):
             with pytest.raises(saving.CannotSave, match="line 1 differs"):
                 action(program.places())
