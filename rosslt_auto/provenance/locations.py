@@ -183,7 +183,7 @@ class Location(Source):
 
 
 class _CountingTable(list):
-    """The table of a module in its first moments: counts how often each literal is executed.
+    """The table of a module in a node's first moments: counts how often each literal is executed.
 
     Whether a literal is executed once or again and again decides what its change does to values
     computed before (`refresh`). That shows soon; then a plain list takes over and costs nothing.
@@ -309,6 +309,8 @@ _tables: dict[str, Literals] = {}
 _others: dict[str, Any] = {}
 _initial: dict[str, Any] = {}
 _refused: list[Callable[[str], None]] = []
+_counting: list[bool] = []
+"""Whether executions are counted: empty, or not."""
 
 
 def register_literals(
@@ -334,10 +336,25 @@ def register_literals(
         _tables[name] = found
         if _initial:
             _apply_initial(found)
-        found.start_counting()
+        if _counting:
+            found.start_counting()
+        else:
+            publish(found.table)
     else:
         found.publish_as(name, publish)
     return found
+
+
+def count_executions() -> None:
+    """From now on it is seen which literals are executed again and again.
+
+    Called when the first node is made. What a program does before, importing modules and computing
+    their constants, happens once, and should take no longer than it does without us.
+    """
+    if not _counting:
+        _counting.append(True)
+        for literals in list(_tables.values()):
+            literals.start_counting()
 
 
 def fingerprint(path: str, source: bytes) -> str:

@@ -27,7 +27,13 @@ from rclpy.parameter_service import ParameterService
 
 from rosslt_auto.provenance import bindings, refresh
 from rosslt_auto.provenance.external import LocalSource
-from rosslt_auto.provenance.locations import Location, Source, SourceChangeRefused, location_of
+from rosslt_auto.provenance.locations import (
+    Location,
+    Source,
+    SourceChangeRefused,
+    count_executions,
+    location_of,
+)
 from rosslt_auto.provenance.values import untracked
 
 from . import overrides
@@ -287,6 +293,7 @@ def _declare_many_advice(wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any
 
 
 def _init_advice(wrapped: Any, node: Any, args: Any, kwargs: Any) -> None:
+    count_executions()
     wrapped(*args, **kwargs)
     bindings.add_root(node)
     _take_overrides(node)

@@ -11,7 +11,10 @@ from support.domains import reserved_domain
 from support.output import normalised
 from support.process import DATA, Outcome, finish, start
 
-PROGRAMS = sorted(path.stem for path in DATA.glob("*.py") if path.stem != "effects")
+DRIVEN = ("effects", "operations")
+"""Programs of other tests, which need a partner."""
+
+PROGRAMS = sorted(path.stem for path in DATA.glob("*.py") if path.stem not in DRIVEN)
 
 
 def outcome(program: str, instrumented: bool, check_fields: str | None) -> Outcome:

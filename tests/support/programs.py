@@ -10,7 +10,12 @@ import types
 from typing import Any
 
 from rosslt_auto.provenance import locations, refresh
-from rosslt_auto.provenance.locations import LiteralInfo, Location, register_literals
+from rosslt_auto.provenance.locations import (
+    LiteralInfo,
+    Location,
+    count_executions,
+    register_literals,
+)
 
 _MARK = re.compile(r"<(\w+)=(-?[\w.]+)([*?]?)>")
 _numbers = itertools.count()
@@ -42,6 +47,7 @@ class Program:
         self.module: Any = types.ModuleType(self.name)
 
     def __enter__(self) -> Program:
+        count_executions()  # as if a node had been made
         self.literals = register_literals(
             self.name, self.name, self.file, self.values, lambda: self.infos,
             lambda table: setattr(builtins, f"table_of_{self.name}", table),

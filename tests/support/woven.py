@@ -9,7 +9,12 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
-from rosslt_auto.provenance.locations import LiteralInfo, Location, register_literals
+from rosslt_auto.provenance.locations import (
+    LiteralInfo,
+    Location,
+    count_executions,
+    register_literals,
+)
 
 _numbers = itertools.count()
 
@@ -25,6 +30,7 @@ class Table:
             LiteralInfo(f"{self.prefix}.{name}", name, True, line, 4, line, 8, False)
             for line, name in enumerate(values, start=1)
         ]
+        count_executions()  # as if a node had been made
         self._literals = register_literals(
             f"table {number}", f"made_up_{number}", f"/made/up_{number}.py",
             tuple(values.values()), lambda: infos, self._publish,
