@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import sys
 
+from ..provenance.frames import unseen
 from . import calls
-from .frames import unseen
 from .imported import AfterImport
 
 _waiting: list[AfterImport] = []

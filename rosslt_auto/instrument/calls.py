@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from ..provenance.elements import any_tracked
+from ..provenance.frames import unseen, unseen_methods
 from ..provenance.operators import OPERATORS, Operator
 from ..provenance.strings import tracked_str
 from ..provenance.values import (
@@ -27,7 +28,6 @@ from ..provenance.values import (
     record,
     untracked,
 )
-from .frames import unseen, unseen_methods
 
 CALL_1 = "@rosslt.call1"
 CALL_2 = "@rosslt.call2"

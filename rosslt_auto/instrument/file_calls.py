@@ -16,8 +16,8 @@ from collections.abc import Callable
 from types import FunctionType, MethodType
 from typing import Any
 
+from ..provenance.frames import unseen
 from ..provenance.values import untracked
-from .frames import unseen
 
 CALL_FILE = "@rosslt.file"
 """The name under which rewritten code finds `call_file`, in `builtins`."""

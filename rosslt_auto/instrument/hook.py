@@ -21,11 +21,11 @@ from typing import Any
 
 import wrapt
 
+from ..provenance.frames import unseen
 from ..provenance.locations import LiteralInfo, register_literals
 from ..provenance.strings import Interpolation
 from . import array_calls, cache, calls, file_calls
 from .errors import NotParsed
-from .frames import unseen
 from .selection import Selection
 
 _SourceLoader = next(cls for cls in SourceFileLoader.__mro__ if "get_code" in vars(cls))

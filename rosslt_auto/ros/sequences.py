@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from rosidl_parser.definition import AbstractNestedType, Array, BasicType, NamespacedType
 
-from ..instrument.frames import unseen
 from ..provenance import arrays, sequences
 from ..provenance.elements import READERS, any_tracked
+from ..provenance.frames import unseen
 from . import fields
 
 _FEW = 64

@@ -9,7 +9,7 @@ import warnings
 
 import pytest
 
-from rosslt_auto.instrument.frames import unseen
+from rosslt_auto.provenance.frames import unseen
 
 
 @unseen
