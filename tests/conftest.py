@@ -24,11 +24,11 @@ NETWORKED = ("cli", "e2e", "ros", "views")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """A networked test that fails is tried again, once; the report says that it was ("R")."""
+    """A networked test that fails is tried again, twice at most; the report says that it was ("R")."""
     here = Path(__file__).parent
     for item in items:
         if item.path.relative_to(here).parts[0] in NETWORKED:
-            item.add_marker(pytest.mark.flaky(reruns=1))
+            item.add_marker(pytest.mark.flaky(reruns=2))
 
 
 @pytest.fixture(scope="session", autouse=True)
