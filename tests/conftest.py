@@ -24,7 +24,7 @@ NETWORKED = ("cli", "e2e", "ros", "views")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """A networked test that fails is tried again, twice at most; the report says that it was ("R")."""
+    """A networked test that fails is tried again, twice at most; the report marks it with R."""
     here = Path(__file__).parent
     for item in items:
         if item.path.relative_to(here).parts[0] in NETWORKED:
