@@ -8,8 +8,8 @@ from __future__ import annotations
 import sys
 
 from ..provenance.frames import unseen
+from ..provenance.imported import AfterImport
 from . import calls
-from .imported import AfterImport
 
 _waiting: list[AfterImport] = []
 

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import contextlib
 import importlib
-import importlib.util
 import sys
 from collections.abc import Sequence
-from types import ModuleType
 from typing import Any
 
+from ..provenance.imported import AfterImport
 from . import overrides
 
 ASPECTS = ("parameters", "declared", "changes", "serving", "publishing", "subscribing")
@@ -22,6 +21,7 @@ JOINED = "rclpy.node"
 """The module that imports everything that has join points."""
 
 _read_only = False
+_waiting: list[AfterImport] = []
 
 
 def prepare(arguments: Sequence[str], read_only: bool = False) -> None:
@@ -33,41 +33,13 @@ def prepare(arguments: Sequence[str], read_only: bool = False) -> None:
     global _read_only
     _read_only = read_only
     overrides.prepare(arguments)
-    if JOINED in sys.modules:
-        _weave()
-    else:
-        sys.meta_path.insert(0, _Finder())
+    if not _waiting:
+        _waiting.append(AfterImport(JOINED, _weave))
 
 
-class _Finder:
-    """Lets everybody else find `JOINED`, once, and sees its import through (PEP 451)."""
-
-    def find_spec(self, name: str, path: Any = None, target: Any = None) -> Any:
-        if name != JOINED:
-            return None
-        sys.meta_path.remove(self)
-        spec = importlib.util.find_spec(name)
-        if spec is not None and spec.loader is not None:
-            spec.loader = _Loader(spec.loader)  # type: ignore[assignment]
-        return spec
-
-
-class _Loader:
-    def __init__(self, loader: Any) -> None:
-        self._loader = loader
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._loader, name)
-
-    def create_module(self, spec: Any) -> Any:
-        return self._loader.create_module(spec)
-
-    def exec_module(self, module: ModuleType) -> None:
-        module.__loader__ = self._loader
-        if module.__spec__ is not None:
-            module.__spec__.loader = self._loader
-        self._loader.exec_module(module)
-        _weave()
+def is_prepared() -> bool:
+    """Whether the aspects are woven, or will be."""
+    return bool(_waiting)
 
 
 def _weave() -> None:
@@ -90,7 +62,9 @@ def install() -> None:
 
 
 def uninstall() -> None:
-    """Takes all advice off, last first."""
+    """Takes all advice off, last first, and waits for rclpy no longer."""
+    while _waiting:
+        _waiting.pop().cancel()
     for name in reversed(ASPECTS):
         aspect = sys.modules.get(f"{__package__}.{name}")
         if aspect is not None:
