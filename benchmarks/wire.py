@@ -73,10 +73,10 @@ def woven() -> Iterator[None]:
         yield
     finally:
         for aspect in (publishing, subscribing):
-            connected = set(aspect._connected)
-            aspect._connected.clear()
+            connected = set(aspect.woven.connected)
+            aspect.woven.connected.clear()
             aspect.uninstall()
-            aspect._connected.update(connected)
+            aspect.woven.connected.update(connected)
 
 
 def wait_until(condition: Callable[[], bool]) -> None:

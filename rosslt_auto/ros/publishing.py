@@ -14,8 +14,7 @@ from typing import Any
 
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.type_support import check_for_type_support
 from std_msgs.msg import UInt8MultiArray
 
@@ -24,13 +23,8 @@ from ..provenance.locations import Source
 from ..provenance.values import is_tracked
 from . import fields, header, sequences, serving
 from .encoding import Encoder
-from .joinpoints import JoinPoints
+from .handles import WovenHandles, header_qos
 
-INFRASTRUCTURE = frozenset({"/rosout", "/parameter_events", "/clock", "/rosslt/source_change"})
-"""Topics that the client library itself serves."""
-
-_MIN_DEPTH = 32
-_KEEP_ALL_DEPTH = 1000
 _SHALLOW = 32
 _LOOK_AGAIN = 32  # messages
 
@@ -75,10 +69,6 @@ class _Handle(_plain_handle):
         if headers is not None:
             headers.destroy()
         _destroy(self)
-
-
-_Handle.__name__ = _Handle.__qualname__ = _plain_handle.__name__
-_Handle.__module__ = _plain_handle.__module__
 
 
 class HeaderPublisher:
@@ -194,84 +184,19 @@ class HeaderPublisher:
         self._handle.destroy_when_not_in_use()
 
 
-def header_qos(qos: QoSProfile) -> QoSProfile:
-    """The quality of service of the header topic of a topic that has `qos`.
-
-    A header lost is provenance lost, so it is reliable in any case. Its queue is a little longer:
-    the next header may arrive before the message of this one is taken.
-    """
-    if qos.history == HistoryPolicy.KEEP_ALL:
-        depth = _KEEP_ALL_DEPTH
-    else:
-        depth = max(2 * qos.depth, _MIN_DEPTH)
-    return QoSProfile(
-        history=HistoryPolicy.KEEP_LAST,
-        depth=depth,
-        reliability=ReliabilityPolicy.RELIABLE,
-        durability=qos.durability,
-    )
-
-
-def has_headers(message_type: type, topic: str) -> bool:
-    """Whether there is a header topic beside a topic (given by its resolved name)."""
-    return (
-        topic not in INFRASTRUCTURE
-        and not topic_or_service_is_hidden(topic)
-        and fields.is_message_type(message_type)
-        and fields.trackable(message_type)
-    )
-
-
-# ---------------------------------------------------------------- weaving
-
-_join_points = JoinPoints()
-_connected: weakref.WeakSet[_Handle] = weakref.WeakSet()
-
-
-def _create_advice(wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
-    publisher = wrapped(*args, **kwargs)
-    try:
-        _connect(node, publisher)
-    except Exception as error:
-        _log.warning("no provenance on %s: %r", publisher.topic, error)
-    return publisher
-
-
-def _connect(node: Node, publisher: Any) -> None:
+def _headers(node: Node, publisher: Any, topic: str) -> HeaderPublisher:
     header.local_nodes.add(node.get_fully_qualified_name())
-    handle = publisher.handle
-    if type(handle) is not _Handle:
-        return
-    topic = handle.get_topic_name()
-    if has_headers(publisher.msg_type, topic):
-        sequences.weave(publisher.msg_type)
-        handle.headers = HeaderPublisher(node, publisher.msg_type, topic, publisher.qos_profile)
-        _connected.add(handle)
+    return HeaderPublisher(node, publisher.msg_type, topic, publisher.qos_profile)
 
 
-def install() -> None:
-    """Weaves the advice in; publishers made before stay plain."""
-    if not _join_points:
-        _join_points.advise(Node, "create_publisher", _create_advice)
-        _rclpy.Publisher = _Handle
+woven = WovenHandles("create_publisher", "Publisher", _Handle, _headers)
+install = woven.install
 
 
 def uninstall() -> None:
     """Takes the advice off; publishers that were made in between become plain."""
-    _join_points.restore()
+    woven.uninstall()
     sequences.uninstall()
-    if _rclpy.Publisher is _Handle:
-        _rclpy.Publisher = _plain_handle
-    for handle in list(_connected):
-        headers, handle.headers = handle.headers, None
-        if headers is not None:
-            headers.destroy()
 
 
-__all__ = [
-    "HeaderPublisher",
-    "has_headers",
-    "header_qos",
-    "install",
-    "uninstall",
-]
+__all__ = ["HeaderPublisher", "install", "uninstall"]

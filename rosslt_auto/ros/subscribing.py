@@ -13,7 +13,6 @@ from __future__ import annotations
 import logging
 import threading
 import time
-import weakref
 from collections import deque
 from typing import Any
 
@@ -23,10 +22,9 @@ from rclpy.qos import QoSProfile
 from rclpy.type_support import check_for_type_support
 from std_msgs.msg import UInt8MultiArray
 
-from . import fields, header, sequences
+from . import fields, header
+from .handles import WovenHandles, header_qos
 from .header import Header, HeaderError
-from .joinpoints import JoinPoints
-from .publishing import has_headers, header_qos
 
 PATIENCE = 0.001
 """Seconds that a message waits for a header that is late."""
@@ -81,10 +79,6 @@ class _Handle(_plain_handle):
         if headers is not None:
             headers.destroy()
         _destroy(self)
-
-
-_Handle.__name__ = _Handle.__qualname__ = _plain_handle.__name__
-_Handle.__module__ = _plain_handle.__module__
 
 
 class Headers:
@@ -306,48 +300,12 @@ class Headers:
             self._forget()
 
 
-# ---------------------------------------------------------------- weaving
-
-_join_points = JoinPoints()
-_connected: weakref.WeakSet[_Handle] = weakref.WeakSet()
+def _headers(node: Node, subscription: Any, topic: str) -> Headers:
+    return Headers(node, topic, subscription.qos_profile)
 
 
-def _create_advice(wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
-    subscription = wrapped(*args, **kwargs)
-    try:
-        _connect(node, subscription)
-    except Exception as error:
-        _log.warning("no provenance on %s: %r", subscription.topic, error)
-    return subscription
-
-
-def _connect(node: Node, subscription: Any) -> None:
-    handle = subscription.handle
-    if type(handle) is not _Handle:
-        return
-    topic = handle.get_topic_name()
-    if has_headers(subscription.msg_type, topic):
-        sequences.weave(subscription.msg_type)  # for messages that are changed and republished
-        handle.headers = Headers(node, topic, subscription.qos_profile)
-        _connected.add(handle)
-
-
-def install() -> None:
-    """Weaves the advice in; subscriptions made before stay plain."""
-    if not _join_points:
-        _join_points.advise(Node, "create_subscription", _create_advice)
-        _rclpy.Subscription = _Handle
-
-
-def uninstall() -> None:
-    """Takes the advice off; subscriptions that were made in between become plain."""
-    _join_points.restore()
-    if _rclpy.Subscription is _Handle:
-        _rclpy.Subscription = _plain_handle
-    for handle in list(_connected):
-        headers, handle.headers = handle.headers, None
-        if headers is not None:
-            headers.destroy()
-
+woven = WovenHandles("create_subscription", "Subscription", _Handle, _headers)
+install = woven.install
+uninstall = woven.uninstall
 
 __all__ = ["Headers", "install", "uninstall"]

@@ -20,7 +20,7 @@ from std_msgs.msg import Bool, Float64, Header, Int32, String, UInt8MultiArray
 
 from rosslt_auto.provenance import Source, is_tracked, refresh
 from rosslt_auto.provenance.values import leaf
-from rosslt_auto.ros import encoding, header, parameters, publishing
+from rosslt_auto.ros import encoding, handles, header, parameters, publishing
 from support.observer import Observer
 from support.waiting import wait_until
 from support.wire import Nodes, headers_of, source, tracked, wait_until_heard, woven
@@ -293,7 +293,7 @@ def test_namespaces_and_remapping(domain: int, observer: Observer) -> None:
     ],
 )
 def test_quality_of_service(qos: QoSProfile, depth: int) -> None:
-    found = publishing.header_qos(qos)
+    found = handles.header_qos(qos)
     assert found.depth == depth
     assert found.durability == qos.durability
     assert found.history == HistoryPolicy.KEEP_LAST

@@ -1,0 +1,119 @@
+"""Weaving the handles behind publishers and subscriptions.
+
+rclpy makes a handle of its C extension for each entity of a node, and everything that happens to
+the entity goes through it. Join points: the method of `Node` that makes entities of a kind, and the
+class of their handles, which a subclass with advice of its own replaces.
+"""
+
+from __future__ import annotations
+
+import logging
+import weakref
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.node import Node
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
+
+from . import fields, sequences
+from .joinpoints import JoinPoints
+
+INFRASTRUCTURE = frozenset({"/rosout", "/parameter_events", "/clock", "/rosslt/source_change"})
+"""Topics that the client library itself serves."""
+
+_MIN_DEPTH = 32
+_KEEP_ALL_DEPTH = 1000
+
+_log = logging.getLogger(__name__)
+
+
+class WovenHandles:
+    """The weaving of one kind of entities.
+
+    method   the method of `Node` that makes them
+    kind     the name of the class of their handles in rclpy's extension
+    handle   the subclass that replaces it; its attribute `headers` is None for a plain entity,
+             else something with a method ``destroy()``
+    connect  gives the `headers` for an entity of a node and the resolved name of its topic
+    """
+
+    def __init__(
+        self, method: str, kind: str, handle: type, connect: Callable[[Node, Any, str], Any]
+    ) -> None:
+        self._method = method
+        self._kind = kind
+        self._handle = handle
+        self._plain = handle.__bases__[0]
+        self._connect = connect
+        self._join_points = JoinPoints()
+        self.connected: weakref.WeakSet[Any] = weakref.WeakSet()
+        handle.__name__ = handle.__qualname__ = self._plain.__name__
+        handle.__module__ = self._plain.__module__
+
+    def install(self) -> None:
+        """Weaves the advice in; entities made before stay plain."""
+        if not self._join_points:
+            self._join_points.advise(Node, self._method, self._create_advice)
+            setattr(_rclpy, self._kind, self._handle)
+
+    def uninstall(self) -> None:
+        """Takes the advice off; entities that were made in between become plain."""
+        self._join_points.restore()
+        if getattr(_rclpy, self._kind) is self._handle:
+            setattr(_rclpy, self._kind, self._plain)
+        for handle in list(self.connected):
+            headers, handle.headers = handle.headers, None
+            if headers is not None:
+                headers.destroy()
+
+    def _create_advice(self, wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
+        entity = wrapped(*args, **kwargs)
+        try:
+            self._weave(node, entity)
+        except Exception as error:
+            _log.warning("no provenance on %s: %r", entity.topic, error)
+        return entity
+
+    def _weave(self, node: Node, entity: Any) -> None:
+        handle: Any = entity.handle
+        if type(handle) is not self._handle:
+            return
+        topic = handle.get_topic_name()
+        if has_headers(entity.msg_type, topic):
+            # A subscription's too: what is received is changed and published again.
+            sequences.weave(entity.msg_type)
+            handle.headers = self._connect(node, entity, topic)
+            self.connected.add(handle)
+
+
+def has_headers(message_type: type, topic: str) -> bool:
+    """Whether there is a header topic beside a topic (given by its resolved name)."""
+    return (
+        topic not in INFRASTRUCTURE
+        and not topic_or_service_is_hidden(topic)
+        and fields.is_message_type(message_type)
+        and fields.trackable(message_type)
+    )
+
+
+def header_qos(qos: QoSProfile) -> QoSProfile:
+    """The quality of service of the header topic of a topic that has `qos`.
+
+    A header lost is provenance lost, so it is reliable in any case. Its queue is a little longer:
+    the next header may arrive before the message of this one is taken.
+    """
+    if qos.history == HistoryPolicy.KEEP_ALL:
+        depth = _KEEP_ALL_DEPTH
+    else:
+        depth = max(2 * qos.depth, _MIN_DEPTH)
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=qos.durability,
+    )
+
+
+__all__ = ["INFRASTRUCTURE", "WovenHandles", "has_headers", "header_qos"]
