@@ -40,11 +40,11 @@ class WovenHandles:
     """
 
     def __init__(
-        self, method: str, kind: str, handle: type, connect: Callable[[Node, Any, str], Any]
+        self, method: str, kind: str, handle: Any, connect: Callable[[Node, Any, str], Any]
     ) -> None:
         self._method = method
         self._kind = kind
-        self._handle = handle
+        self._handle: Any = handle
         self._plain = handle.__bases__[0]
         self._connect = connect
         self._join_points = JoinPoints()
