@@ -9,9 +9,6 @@ plain code comes from the plain function. Modules in zip archives have a join po
 
 from __future__ import annotations
 
-import builtins
-import functools
-import marshal
 import sys
 import zipimport
 from collections.abc import Callable
@@ -22,9 +19,7 @@ from typing import Any
 import wrapt
 
 from ..provenance.frames import unseen
-from ..provenance.locations import LiteralInfo, register_literals
-from ..provenance.strings import Interpolation
-from . import array_calls, cache, calls, file_calls
+from . import array_calls, cache, tables
 from .errors import NotParsed
 from .selection import Selection
 
@@ -33,6 +28,9 @@ _SourceLoader = next(cls for cls in SourceFileLoader.__mro__ if "get_code" in va
 _selections: list[Selection] = []
 _originals: dict[type, Any] = {}
 _warned: set[str] = set()
+
+loaded: set[tuple[str, str]] = set()
+"""Name and file of the modules whose code came from here."""
 
 
 def install(selection: Selection) -> None:
@@ -49,6 +47,7 @@ def install(selection: Selection) -> None:
 def uninstall() -> None:
     """Imports are plain again. Modules that are instrumented already stay so."""
     _selections.clear()
+    loaded.clear()
     array_calls.uninstall()
     for loader, original in list(_originals.items()):
         wrapper = vars(loader)["get_code"]
@@ -83,26 +82,9 @@ def instrumented_code(
         entry = weave(module, path, source, compiler)
         if cache_path:
             cache.write(cache_path, source, entry)
-    calls.publish()
-    file_calls.publish()
-    if entry.values:
-        register_literals(
-            entry.table,
-            module,
-            path,
-            entry.values,
-            functools.partial(_describe, entry.infos),
-            functools.partial(vars(builtins).__setitem__, entry.table),
-            source,
-        )
-    if entry.parts:
-        interpolations = [Interpolation(parts) for parts in entry.parts]
-        setattr(builtins, entry.table + cache.INTERPOLATIONS, interpolations)
+    tables.publish(entry, source)
+    loaded.add((module, path))
     return entry.code
-
-
-def _describe(infos: bytes) -> list[LiteralInfo]:
-    return [LiteralInfo(*info) for info in marshal.loads(infos)]
 
 
 def instrumented_or_none(module: str, path: str, source: bytes, **how: Any) -> CodeType | None:
@@ -115,14 +97,19 @@ def instrumented_or_none(module: str, path: str, source: bytes, **how: Any) -> C
     except NotParsed:
         return None
     except Exception as error:
-        if module not in _warned:
-            _warned.add(module)
-            import logging
-
-            logging.getLogger(__name__).warning(
-                "%s runs without provenance, it could not be instrumented: %s", path, error
-            )
+        say_once(module, path, error)
         return None
+
+
+def say_once(module: str, path: str, reason: object) -> None:
+    """Tells that a module, or a part of it, runs plain."""
+    if module not in _warned:
+        _warned.add(module)
+        import logging
+
+        logging.getLogger(__name__).warning(
+            "%s runs without provenance, it could not be instrumented: %s", path, reason
+        )
 
 
 @unseen

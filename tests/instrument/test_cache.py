@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rosslt_auto.instrument import cache, hook, weaving
+from rosslt_auto.instrument import cache, hook, tables, weaving
 
 SOURCE = b"'doc'\nx = 0.5\ndef f(): return x + 1\n"
 
@@ -163,7 +163,7 @@ def test_names_are_read_late(module: str, monkeypatch: pytest.MonkeyPatch) -> No
 
     load(module)
     monkeypatch.setattr(
-        hook, "_describe", lambda infos: pytest.fail("asked for names that nobody wants")
+        tables, "_describe", lambda infos: pytest.fail("asked for names that nobody wants")
     )
     namespace = load(module)
     monkeypatch.undo()
