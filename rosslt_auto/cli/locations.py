@@ -59,6 +59,8 @@ def _find(observer: Observer, node: str | None, timeout: float) -> list[Place]:
 def _print(places: list[Place]) -> None:
     from rich.text import Text
 
+    from rosslt_auto.provenance.limits import Limits
+
     console = show.console()
     node = None
     for place in places:
@@ -68,6 +70,10 @@ def _print(places: list[Place]) -> None:
         values: list[Any] = [(repr(place.value), "bold")]
         if place.first != place.value:
             values.append((f"  (in the file: {place.first!r})", "yellow"))
+        if place.frozen:
+            values.append(("  frozen", "yellow"))
+        if place.range is not None:
+            values.append((f"  ({Limits(*place.range)})", "dim"))
         console.print(Text.assemble("  ", (place.parameter, "green"), " = ", *values))
         where = show.place(place.file, place.line, place.column)
         console.print(Text.assemble("    ", (where, "magenta"), f"  {place.text}"))

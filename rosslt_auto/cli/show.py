@@ -32,7 +32,10 @@ def sources_with_values(value: Any) -> list[tuple[Source, Any]]:
 
 
 def source_to_json(source: Source, value: Any) -> dict[str, Any]:
-    """A source of a value."""
+    """A source of a value; what its remark says where it has one."""
+    remark: dict[str, Any] = {"frozen": True} if source.frozen else {}
+    if source.limits is not None:
+        remark["range"] = list(source.limits)
     return {
         "node": source.node,
         "parameter": source.parameter,
@@ -40,6 +43,7 @@ def source_to_json(source: Source, value: Any) -> dict[str, Any]:
         "line": source.line,
         "column": source.column,
         "value": value,
+        **remark,
     }
 
 

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from ..provenance.locations import fingerprint
 
-FORMAT = 2
+FORMAT = 3
 """Changes with the layout of entries; changes of the rewriter are noticed by themselves."""
 
 INTERPOLATIONS = "+"
@@ -28,7 +28,7 @@ INTERPOLATIONS = "+"
 _CHECKED_HASH = (0b11).to_bytes(4, "little")  # PEP 552: flags of a checked hash-based pyc
 _ENGINE_FILES = (
     "plain.py", "naming.py", "calls.py", "file_calls.py", "call_sites.py", "walk.py",
-    "interpolations.py", "statements.py", "expressions.py", "rewriter.py",
+    "interpolations.py", "remarks.py", "statements.py", "expressions.py", "rewriter.py",
 )  # fmt: skip
 
 
@@ -41,6 +41,7 @@ class Entry(NamedTuple):
     values  the literals' values
     infos   what is known of each literal, marshalled: it is needed late or never
     parts   what each of its f-strings is made of
+    warnings  what is wrong with its remarks
     """
 
     module: str
@@ -50,6 +51,7 @@ class Entry(NamedTuple):
     values: tuple
     infos: bytes
     parts: tuple
+    warnings: tuple = ()
 
 
 def path_for(source_path: str) -> str | None:

@@ -190,7 +190,9 @@ class ExpressionWalk(Walk):
             if isinstance(part, ast.FormattedValue):
                 self.expression(part.value, loose)
                 self.expression(part.format_spec, None)
-        if loose is None or self.plain_texts or not can_be_noted(node):
+        if loose is None or self.plain_texts or self.remarks.is_off(node):
+            return
+        if not can_be_noted(node):
             return
         name = self.table + INTERPOLATIONS
         parts, literals = interpolated(node, name, len(self.interpolations))

@@ -84,6 +84,8 @@ def instrumented_code(
             cache.write(cache_path, source, entry)
     tables.publish(entry, source)
     loaded.add((module, path))
+    for warning in entry.warnings:
+        _warn_once(warning, warning)
     return entry.code
 
 
@@ -103,13 +105,15 @@ def instrumented_or_none(module: str, path: str, source: bytes, **how: Any) -> C
 
 def say_once(module: str, path: str, reason: object) -> None:
     """Tells that a module, or a part of it, runs plain."""
-    if module not in _warned:
-        _warned.add(module)
+    _warn_once(module, f"{path} runs without provenance, it could not be instrumented: {reason}")
+
+
+def _warn_once(about: str, message: str) -> None:
+    if about not in _warned:
+        _warned.add(about)
         import logging
 
-        logging.getLogger(__name__).warning(
-            "%s runs without provenance, it could not be instrumented: %s", path, reason
-        )
+        logging.getLogger(__name__).warning("%s", message)
 
 
 @unseen

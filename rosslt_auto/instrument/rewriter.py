@@ -13,34 +13,45 @@ known. One walk serves a module as well as the tree of a single class or functio
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 from ..provenance.locations import LiteralInfo
 from .call_sites import MATH_CALLS, array_helper, call_helper, file_helper, root_name
 from .expressions import ExpressionWalk
 from .naming import Scope, parameter_names
+from .remarks import Remarks
 from .statements import StatementWalk
 from .walk import LOAD, Block, Parts
 
 
 class Rewritten(NamedTuple):
-    """What the rewriter made of a tree: the values of the literals, what is known of them, and what
-    its f-strings are made of."""
+    """What the rewriter made of a tree: the values of the literals, what is known of them, what
+    its f-strings are made of, and what is wrong with its remarks."""
 
-    values: tuple[Any, ...]
-    infos: list[LiteralInfo]
-    interpolations: tuple[Parts, ...]
+    values: tuple[Any, ...] = ()
+    infos: Sequence[LiteralInfo] = ()
+    interpolations: tuple[Parts, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
-def rewrite(tree: ast.Module, scope: Scope, table: str, reserved: Iterable[str] = ()) -> Rewritten:
+def rewrite(
+    tree: ast.Module,
+    scope: Scope,
+    table: str,
+    reserved: Iterable[str] = (),
+    remarks: Remarks | None = None,
+) -> Rewritten:
     """Rewrites `tree` in place.
 
     scope     the module's, see `naming.module_scope`
     table     the name under which the code finds its table of literals
     reserved  names that its literals must not use, see `naming.submodules`
+    remarks   what its comments say, see `remarks.read`
     """
-    walk = Rewriter(scope, table)
+    if remarks is not None and remarks.everything:
+        return Rewritten(warnings=tuple(remarks.warnings))
+    walk = Rewriter(scope, table, remarks)
     walk.module(tree)
     return walk.finish(reserved)
 
@@ -54,21 +65,28 @@ class Rewriter(StatementWalk, ExpressionWalk):
         names = parameter_names(
             self.module_scope, [(f.scope, f.hint) for f in self.found], frozenset(reserved)
         )
-        infos = []
-        for index, (found, name) in enumerate(zip(self.found, names, strict=True)):
+        remarks = self.remarks
+        limits = remarks.limits(self.found)
+        infos: list[LiteralInfo] = []
+        values: list[Any] = []
+        for found, name in zip(self.found, names, strict=True):
             node = found.node
+            if remarks.is_off(node):  # others keep their names
+                continue
             infos.append(
                 LiteralInfo(name, name.rpartition(".")[2], found.named, node.lineno,
                             node.col_offset, node.end_lineno or node.lineno,
-                            node.end_col_offset or node.col_offset, found.repeated)
+                            node.end_col_offset or node.col_offset, found.repeated,
+                            limits.get(node), node.lineno in remarks.frozen)
             )  # fmt: skip
-            _become_lookup(node, self.table, index)
+            _become_lookup(node, self.table, len(values))
+            values.append(found.value)
         for call, block in self.calls:
-            self._rewrite_call(call, block)
+            if not remarks.is_off(call):
+                self._rewrite_call(call, block)
         for block in self.blocks:
             block.declare()
-        values = tuple(found.value for found in self.found)
-        return Rewritten(values, infos, tuple(self.interpolations))
+        return Rewritten(tuple(values), infos, tuple(self.interpolations), tuple(remarks.warnings))
 
     def _rewrite_call(self, node: ast.Call, block: Block | None) -> None:
         helper = self._helper(node)

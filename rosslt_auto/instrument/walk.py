@@ -14,6 +14,7 @@ from .call_sites import BUILTIN_CALLS, MATH_CALLS
 from .calls import UNTRACKED
 from .naming import Scope
 from .plain import can_evaluate_to_tracked
+from .remarks import Remarks
 
 Binding = tuple[str, bool] | None
 Parts = tuple[tuple[str | None, str | None, str | None], ...]
@@ -68,9 +69,10 @@ class Walk:
     STATEMENTS: ClassVar[dict[type, Callable[[Any, Any], None]]]
     EXPRESSIONS: ClassVar[dict[type, Callable[[Any, Any, Binding], None]]]
 
-    def __init__(self, scope: Scope, table: str) -> None:
+    def __init__(self, scope: Scope, table: str, remarks: Remarks | None = None) -> None:
         self.module_scope = self.scope = scope
         self.table = table
+        self.remarks = remarks if remarks is not None else Remarks()
         self.found: list[Found] = []
         self.calls: list[tuple[ast.Call, Block | None]] = []
         self.blocks: list[Block] = []
@@ -141,7 +143,7 @@ class Walk:
 
     def untracked(self, value: ast.expr) -> ast.expr:
         """A call that makes the value of an expression plain."""
-        if not can_evaluate_to_tracked(value):
+        if not can_evaluate_to_tracked(value) or self.remarks.is_off(value):
             return value
         if self.block is not None:
             self.block.names.add(UNTRACKED)

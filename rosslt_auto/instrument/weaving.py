@@ -11,6 +11,7 @@ from typing import Any
 from .cache import Entry, table_name
 from .errors import NotInstrumented, NotParsed
 from .naming import module_scope, submodules
+from .remarks import read
 from .rewriter import Rewritten, rewrite
 
 
@@ -25,7 +26,9 @@ def rewritten_tree(module: str, path: str, source: bytes) -> tuple[ast.Module, s
         raise NotParsed(str(error)) from error
     table = table_name(module, path, source)
     try:
-        return tree, table, rewrite(tree, module_scope(module, path), table, submodules(path))
+        remarks = read(source, tree, path)
+        scope = module_scope(module, path)
+        return tree, table, rewrite(tree, scope, table, submodules(path), remarks)
     except Exception as error:
         raise NotInstrumented(f"{type(error).__name__}: {error}") from error
 
@@ -50,7 +53,10 @@ def weave(
     except Exception as error:
         _compile_plainly(source, path)  # an error of the program, or ours?
         raise NotInstrumented(f"{type(error).__name__}: {error}") from error
-    return Entry(module, path, table, code, rewritten.values, infos, rewritten.interpolations)
+    return Entry(
+        module, path, table, code, rewritten.values, infos,
+        rewritten.interpolations, rewritten.warnings,
+    )  # fmt: skip
 
 
 def _compile_plainly(source: bytes, path: str) -> None:

@@ -8,14 +8,13 @@ that occurs several times, or several sources for several values together, numer
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from .chains import evaluate_chain, invert_chain
 from .expressions import evaluate_many, is_leaf, operands, sources, topological
-from .locations import Source, SourceChangeRefused, source_of
+from .locations import Source, SourceChangeRefused, place_of, source_of
 from .operators import Operator
 from .values import is_tracked, untracked
 
@@ -122,13 +121,18 @@ def check_target(value: Any, target: Any) -> None:
 
 
 def _candidates(value: Any, only: str | None) -> list[Source]:
-    found = sources(value)
-    if only is None:
-        return found
-    found = [source for source in found if source.parameter == only]
-    if not found:
+    """Those of its sources that may be changed, or the only one. Raises NotInvertible."""
+    found = [source for source in sources(value) if only in (None, source.parameter)]
+    if only is not None and not found:
         raise NotInvertible(f"{only} is not a source of this value")
-    return found
+    open_ones = [source for source in found if not source.frozen]
+    if found and not open_ones:
+        raise NotInvertible("; ".join(map(_frozen, found)))
+    return open_ones
+
+
+def _frozen(source: Source) -> str:
+    return f"{source.parameter} is frozen{place_of(source)}"
 
 
 # ---------------------------------------------------------------- policies
@@ -219,11 +223,11 @@ def _taken_apart(targets: Sequence[Target]) -> list[Target] | None:
 
 def _nearest(targets: Sequence[Target], candidates: list[Source], reason: str) -> Solution:
     """The nearest that discrete sources can reach, if that is nearer than now; else refuses."""
-    from .solving import nearest
+    from .solving import is_discrete, nearest
 
     if any(type(target) is str for _, target in targets):
         raise NotInvertible(reason)
-    found = nearest(targets, [s for s in candidates if s.kind == "int"])
+    found = nearest(targets, [s for s in candidates if is_discrete(s)])
     if found is None:
         raise NotInvertible(reason)
     values = evaluate_many([value for value, _ in targets], found)
@@ -248,6 +252,8 @@ def checked(targets: Sequence[Target], changes: Changes) -> Solution:
 
 def solve_for(value: Any, target: Any, source: Source) -> Solution:
     """The change of this one source that makes `value` the target."""
+    if source.frozen:
+        raise NotInvertible(_frozen(source))
     path, below = _only_path(value, source)
     wanted = _walk_back(path, target)
     try:
@@ -289,6 +295,10 @@ def as_held(source: Source, wanted: Any) -> Any:
         if not math.isclose(nearest, wanted, rel_tol=1e-9, abs_tol=1e-9):
             raise NotInvertible(f"{source.parameter} is an int and would have to be {wanted:g}")
         wanted = nearest
+    if source.limits is not None and type(wanted) in (float, int):
+        end = source.limits.clamped(wanted)
+        if math.isclose(end, wanted, rel_tol=1e-9, abs_tol=1e-12):
+            wanted = end  # rounding has led beyond it
     try:
         return source.check(wanted)
     except SourceChangeRefused as refusal:
@@ -344,7 +354,5 @@ def _refusal(op: Operator, index: int, held: Sequence[Any], target: Any, error: 
 def _place(value: Any) -> str:
     """`` at controller.py:41`` for what comes from there."""
     for source in sources(value) if is_tracked(value) else ():
-        if source.file is not None:
-            return f" at {os.path.basename(source.file)}:{source.line}"
-        return f" by {source.parameter}"
+        return place_of(source) or f" by {source.parameter}"
     return ""

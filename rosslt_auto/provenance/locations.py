@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from importlib.util import decode_source
 from typing import Any, NamedTuple
 
+from .limits import Limits
 from .operators import LITERAL, SOURCE
 from .values import is_tracked, leaf, literal_leaf, settle
 
@@ -35,6 +36,7 @@ class LiteralInfo(NamedTuple):
     named         bound to a name, not just an operand
     line, column  from 1 and from 0, as in Python's ast; likewise end_line, end_column
     repeated      whether it stands in a loop, None if that depends on how its function is called
+    limits, frozen  what its remark says: (low, high, step), and whether nobody may change it
     """
 
     parameter: str
@@ -45,6 +47,8 @@ class LiteralInfo(NamedTuple):
     end_line: int
     end_column: int
     repeated: bool | None = None
+    limits: tuple[Any, ...] | None = None
+    frozen: bool = False
 
 
 class Source:
@@ -63,6 +67,12 @@ class Source:
 
     repeated = False
     """Whether the program reads it again and again, see `Location.repeated`."""
+
+    limits: Limits | None = None
+    """The range that its values are in, None if they are not limited."""
+
+    frozen = False
+    """Whether nobody changes it."""
 
     moves = 0
     """How often its line has been written anew (`saved`): what is known of its place is new."""
@@ -104,7 +114,7 @@ class Source:
         """`value` as this source would hold it.
 
         An integer for a float is converted. Raises SourceChangeRefused for another type, for NaN,
-        an infinity or an integer beyond 64 bits.
+        an infinity or an integer beyond 64 bits, and for what its remark does not allow.
         """
         if self.kind == "float" and type(value) is int:
             try:
@@ -119,11 +129,23 @@ class Source:
             raise SourceChangeRefused(f"{self.parameter} must be finite, not {value}")
         if self.kind == "int" and value not in INT64:
             raise SourceChangeRefused(f"{self.parameter} must fit into 64 bits, not {value}")
+        if self.limits is not None and not self.limits.allows(value):
+            raise SourceChangeRefused(
+                f"{self.parameter} is limited to {self.limits}{place_of(self)},"
+                f" it cannot be {value!r}"
+            )
+        if self.frozen and (self.leaf is None or value != self.leaf._v):
+            raise SourceChangeRefused(f"{self.parameter} is frozen{place_of(self)}")
         return value
 
     def change(self, value: Any) -> None:
         """Takes a value that `check` has passed. Only a source of this process can."""
         raise SourceChangeRefused(f"{self.parameter} belongs to another node, {self.node}")
+
+
+def place_of(source: Source) -> str:
+    """`` at controller.py:41``; nothing for what stands in no file."""
+    return "" if source.file is None else f" at {os.path.basename(source.file)}:{source.line}"
 
 
 _ARTICLE = {"float": "a float", "int": "an int", "str": "a str", "bool": "a bool"}
@@ -146,6 +168,8 @@ class Location(Source):
         self.literals = literals
         self.index = index
         self.info = info
+        self.limits = Limits(*info.limits) if info.limits is not None else None
+        self.frozen = info.frozen
         self.first = value
         self.given = False
 
@@ -497,6 +521,7 @@ __all__ = [
     "instrumented_modules",
     "leaf",
     "location_of",
+    "place_of",
     "register_literals",
     "register_source",
     "registered",

@@ -1,8 +1,8 @@
 """Numerical inversion: where a source occurs several times, or several targets share sources.
 
 Newton's method with the derivatives of the operator table, damped; for one unknown safeguarded
-by bracketing. What comes out is rounded to what discrete sources can hold. Callers check the
-result by re-evaluation.
+by bracketing. What would leave its range stays at the end of it while the others go on, and what
+comes out is rounded to what discrete sources can hold. Callers check the result by re-evaluation.
 """
 
 from __future__ import annotations
@@ -33,14 +33,29 @@ def solve(targets: Sequence[Target], chosen: Sequence[Source]) -> Changes:
     if not chosen:
         raise NotInvertible("the value has no sources that can be changed")
     problem = _Problem(targets, chosen)
-    start = problem.start
-    found = problem.newton(start, free=list(range(len(chosen))))
+    found = problem.inside(problem.start, free=list(range(len(chosen))))
     if found is None and len(chosen) == 1 and len(targets) == 1:
-        found = problem.bracket(float(start[0]))
+        found = problem.bracket(float(problem.start[0]))
     if found is None:
-        names = ", ".join(source.parameter for source in chosen)
+        names = ", ".join(map(_named, chosen))
         raise NotInvertible(f"no value of {names} gives {_targets_text(targets)}")
     return problem.held(found)
+
+
+def is_discrete(source: Source) -> bool:
+    """Whether only some numbers are values of a source."""
+    return source.kind == "int" or (source.limits is not None and source.limits.step is not None)
+
+
+def _around(source: Source, x: float) -> list[Any]:
+    """The values of a discrete source next to x, nearest first."""
+    if source.limits is not None:
+        return source.limits.around(x)
+    return sorted((math.floor(x), math.ceil(x)), key=lambda whole: abs(whole - x))
+
+
+def _named(source: Source) -> str:
+    return source.parameter if source.limits is None else f"{source.parameter} ({source.limits})"
 
 
 def _targets_text(targets: Sequence[Target]) -> str:
@@ -80,6 +95,29 @@ class _Problem:
 
     def near(self, values: Any) -> bool:
         return all(reached(v, g, 1e-11) for v, g in zip(values.tolist(), self.goals, strict=True))
+
+    def inside(self, start: Any, free: list[int]) -> Any:
+        """What `newton` finds with all sources in their ranges, None if it finds nothing."""
+        point, free = np.array(start), list(free)
+        while True:
+            found = self.newton(point, free)
+            if found is None:
+                return None
+            beyond = {i: self._beyond(i, float(found[i])) for i in free}
+            worst = max(free, key=beyond.__getitem__, default=None)
+            if worst is None or not beyond[worst]:
+                return found
+            limits = self.sources[worst].limits
+            assert limits is not None
+            point[worst] = limits.clamped(float(found[worst]))
+            free.remove(worst)
+
+    def _beyond(self, index: int, x: float) -> float:
+        """How far a number is out of a source's range, for its size."""
+        limits = self.sources[index].limits
+        if limits is None or limits.low <= x <= limits.high:
+            return 0.0
+        return float(abs(x - limits.clamped(x)) / self.scale[index])
 
     def newton(self, start: Any, free: list[int]) -> Any:
         """A solution reached from `start` by moving the `free` sources, None if there is none."""
@@ -129,7 +167,7 @@ class _Problem:
         goal = float(self.goals[0])
 
         def miss(x: float) -> float:
-            values = self.at([x])
+            values = self.at([x]) if not self._beyond(0, x) else None
             return math.nan if values is None else float(values[0]) - goal
 
         miss = functools.cache(miss)  # neighbouring intervals share their ends
@@ -142,12 +180,13 @@ class _Problem:
 
     def held(self, point: Any) -> Changes:
         """The point as values that the sources can hold; what rounding breaks is solved again."""
-        discrete = [i for i, source in enumerate(self.sources) if source.kind == "int"]
+        discrete = [i for i, source in enumerate(self.sources) if is_discrete(source)]
         free = [i for i in range(len(self.sources)) if i not in discrete]
         if discrete and free:
             rounded = np.array(point)
-            rounded[discrete] = np.round(rounded[discrete])
-            found = self.newton(rounded, free)
+            for i in discrete:
+                rounded[i] = _around(self.sources[i], float(rounded[i]))[0]
+            found = self.inside(rounded, free)
             point = rounded if found is None else found
         return {
             source: as_held(source, _tidy(float(x)))
@@ -226,9 +265,9 @@ def _candidates(targets: Sequence[Target], source: Source) -> list[int]:
     if found is None:
         return []
     candidates = []
-    for whole in (math.floor(found[0]), math.ceil(found[0])):
+    for near in _around(source, float(found[0])):
         try:
-            candidates.append(source.check(whole))
+            candidates.append(source.check(near))
         except SourceChangeRefused:
             continue
     return candidates

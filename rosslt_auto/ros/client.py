@@ -55,7 +55,8 @@ class Place:
     first is None where the node does not say; line and column are None where there is no file.
     content is the fingerprint of the Python file that was loaded (`locations.fingerprint`), None
     for what is no literal. given is None, or what gave the literal a value at start: ``-p``, the
-    path of a parameter file, "" where the node does not know.
+    path of a parameter file, "" where the node does not know. range is None or [low, high, step]
+    (step None: any number between), frozen whether a remark in the file forbids changes.
     """
 
     node: str
@@ -69,6 +70,8 @@ class Place:
     read_only: bool
     content: str | None = None
     given: str | None = None
+    range: list[Any] | None = None
+    frozen: bool = False
 
     def to_json(self) -> dict[str, Any]:
         return dict(vars(self))
@@ -188,7 +191,7 @@ _DESCRIPTION = re.compile(r"(?P<file>.*?):(?P<line>\d+):(?P<column>\d+)  (?P<tex
 
 def _place(node: str, descriptor: Any, value: Any) -> Place:
     found = _DESCRIPTION.fullmatch(descriptor.description)
-    first, content, given = _constraints(descriptor.additional_constraints)
+    first, content, frozen, given = _constraints(descriptor.additional_constraints)
     return Place(
         node=node,
         parameter=descriptor.name,
@@ -201,16 +204,27 @@ def _place(node: str, descriptor: Any, value: Any) -> Place:
         read_only=descriptor.read_only,
         content=content,
         given=given,
+        range=_range(descriptor),
+        frozen=frozen,
     )
 
 
-_MORE = re.compile(r"(?:; content ([0-9a-f]{8}))?(?:; given at start(?:: (.*)|()))?", re.DOTALL)
+def _range(descriptor: Any) -> list[Any] | None:
+    for found in (*descriptor.floating_point_range, *descriptor.integer_range):
+        return [found.from_value, found.to_value, found.step or None]
+    return None
 
 
-def _constraints(text: str) -> tuple[Any, str | None, str | None]:
-    """First value, content and what gave it at start, as `parameters` puts them into words."""
+_MORE = re.compile(
+    r"(?:; content ([0-9a-f]{8}))?(; frozen)?(?:; given at start(?:: (.*)|()))?", re.DOTALL
+)
+
+
+def _constraints(text: str) -> tuple[Any, str | None, bool, str | None]:
+    """First value, content, whether it is frozen, and what gave it at start, as `parameters` puts
+    them into words."""
     if not text.startswith(IN_THE_FILE):
-        return None, None, None
+        return None, None, False, None
     text = text.removeprefix(IN_THE_FILE)
     # The value may be a text with semicolons: no beginning of its repr can be evaluated.
     for end in [*(found.start() for found in re.finditer("; ", text)), len(text)]:
@@ -221,8 +235,9 @@ def _constraints(text: str) -> tuple[Any, str | None, str | None]:
             value = ast.literal_eval(text[:end])
         except (ValueError, SyntaxError, MemoryError, RecursionError):
             continue
-        return value, more[1], more[2] if more[2] is not None else more[3]
-    return None, None, None
+        given = more[3] if more[3] is not None else more[4]
+        return value, more[1], more[2] is not None, given
+    return None, None, False, None
 
 
 def change_of(source: Source, old: Any, new: Any) -> Change:

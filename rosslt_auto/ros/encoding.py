@@ -268,10 +268,13 @@ def _described(source: Source, names: dict[str, int]) -> list[Any]:
     file = None if source.file is None else names.setdefault(_printable(source.file), len(names))
     hint = None if source.hint == source.parameter.rpartition(".")[2] else _printable(source.hint)
     text = None if source.text is None else _printable(source.text.expandtabs(4))[:_MAX_TEXT]
-    return [
+    described = [
         node, source.parameter, source.kind, hint, source.named,
         file, source.line, source.column, text,
     ]  # fmt: skip
+    if source.frozen:
+        return [*described, False]
+    return described if source.limits is None else [*described, list(source.limits)]
 
 
 def _printable(string: str) -> str:

@@ -24,7 +24,8 @@ sources   each ``[node, parameter, kind, hint, named, file, line, column, text]`
           the name of the ROS parameter; kind is "float", "int" or "str"; hint is the name to
           show, or nil for the last token of parameter; named is a boolean: bound to a name in the
           program, not just an operand; line counts from 1, column from 0; text is the source line
-          or nil
+          or nil. A tenth entry says what changes are allowed: ``false`` none (the literal is
+          frozen), ``[low, high, step]`` numbers of this range (step nil: any of them)
 slots     the nodes of all expressions, operands before what is computed from them:
           ``[source, value]``  a leaf: index of its source, and the value that it had, which does
                                not stand in `values`
@@ -47,6 +48,7 @@ not exactly as above.
 from __future__ import annotations
 
 import inspect
+import math
 import re
 import zlib
 from collections.abc import Callable
@@ -55,6 +57,7 @@ from typing import Any, Literal
 import msgpack
 
 from ..provenance import text_operators as _rows  # noqa: F401  (fills the table of operators)
+from ..provenance.limits import Limits
 from ..provenance.locations import Source, location_of
 from ..provenance.operators import OPERATORS, Operator
 from ..provenance.values import DEPTH_LIMIT, leaf, node
@@ -272,9 +275,9 @@ def _outline(packed: bytes) -> Outline:
 
 
 def _source(described: Any, names: list[str]) -> Source:
-    if type(described) is not list or len(described) != 9:
-        raise HeaderError("a source is not an array of 9")
-    node, parameter, kind, hint, named, file, line, column, text = described
+    if type(described) is not list or len(described) not in (9, 10):
+        raise HeaderError("a source is not an array of 9 or 10")
+    node, parameter, kind, hint, named, file, line, column, text = described[:9]
     node_name = None if node is None else names[_index(node, len(names))]
     if node_name is not None and not _NODE_NAME.fullmatch(node_name):
         raise HeaderError("not the name of a node")
@@ -292,7 +295,26 @@ def _source(described: Any, names: list[str]) -> Source:
         local = location_of(parameter)
         if local is not None and local.node == node_name and local.kind == kind:
             return local
-    return Source(node_name, parameter, kind, hint, named, file_name, line, column, text)
+    source = Source(node_name, parameter, kind, hint, named, file_name, line, column, text)
+    if len(described) == 10:
+        _allow(source, described[9])
+    return source
+
+
+def _allow(source: Source, allowed: Any) -> None:
+    """Notes what changes of a remote source its node allows."""
+    if allowed is False:
+        source.frozen = True
+        return
+    kinds = {"float": float, "int": int}
+    if type(allowed) is not list or len(allowed) != 3 or source.kind not in kinds:
+        raise HeaderError("no range")
+    low, high, step = allowed
+    if {type(low), type(high), type(high if step is None else step)} != {kinds[source.kind]}:
+        raise HeaderError("a range of another type")
+    if not -math.inf < low < high < math.inf or not (step is None or 0 < step <= high - low):
+        raise HeaderError("no proper range")
+    source.limits = Limits(low, high, step)
 
 
 def _leaf_of(source: Source, value: Any) -> Any:

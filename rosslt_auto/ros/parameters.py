@@ -19,7 +19,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import SimpleNamespace
 from typing import Any, cast
 
-from rcl_interfaces.msg import ParameterDescriptor, ParameterEvent, SetParametersResult
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    ParameterEvent,
+    SetParametersResult,
+)
 from rclpy.exceptions import ParameterImmutableException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -49,9 +55,10 @@ IN_THE_FILE = "in the source file: "
 """How a descriptor's additional constraints begin; what follows is the literal's first value."""
 
 CONTENT = "content "
+FROZEN = "frozen"
 GIVEN = "given at start"
-"""What may follow after a semicolon: the fingerprint of what was loaded, and whether (and by what)
-the literal got another value at start."""
+"""What may follow after a semicolon: the fingerprint of what was loaded, whether a remark beside
+the literal says so, and whether (and by what) it got another value at start."""
 
 on_first_location: list[Callable[[Any], None]] = []
 """Called with a node that is about to own its first location."""
@@ -157,16 +164,30 @@ def descriptor_of(location: Location | LocalSource) -> ParameterDescriptor:
         type=parameter_of(location).type_.value,
         description=f"{place}  {location.text or ''}",
         additional_constraints=_constraints(location),
-        read_only=read_only,
+        read_only=read_only or location.frozen,
+        **_range(location),
     )
 
 
+def _range(location: Location | LocalSource) -> dict[str, Any]:
+    limits = location.limits
+    if limits is None:
+        return {}
+    if location.kind == "int":
+        return {"integer_range": [IntegerRange(
+            from_value=limits.low, to_value=limits.high, step=limits.step or 0)]}  # fmt: skip
+    return {"floating_point_range": [FloatingPointRange(
+        from_value=limits.low, to_value=limits.high, step=limits.step or 0.0)]}  # fmt: skip
+
+
 def _constraints(location: Location | LocalSource) -> str:
-    """``in the source file: <first value>; content <fingerprint>; given at start: <by what>``"""
+    """``in the source file: <first>; content <fingerprint>; frozen; given at start: <how>``"""
     parts = [f"{IN_THE_FILE}{location.first!r}"]
     if isinstance(location, Location):
         if location.literals.content is not None:
             parts.append(f"{CONTENT}{location.literals.content}")
+        if location.frozen:
+            parts.append(FROZEN)
         if location.given:
             origin = overrides.origin(location.parameter, location.node)
             parts.append(f"{GIVEN}: {origin}" if origin else GIVEN)

@@ -444,17 +444,21 @@ def test_news_that_is_not_true(wrong: str, tmp_path: Path) -> None:
 )
 @pytest.mark.parametrize("given", [None, "", "-p", "/a; content 00000000.yaml"])
 @pytest.mark.parametrize("content", [None, "0123abcd"])
-def test_what_a_descriptor_says_is_read_back(first: Any, given: Any, content: Any) -> None:
+@pytest.mark.parametrize("frozen", [False, True])
+def test_what_a_descriptor_says_is_read_back(
+    first: Any, given: Any, content: Any, frozen: bool
+) -> None:
     text = f"in the source file: {first!r}"
     text += f"; content {content}" if content else ""
+    text += "; frozen" if frozen else ""
     text += "" if given is None else f"; given at start: {given}" if given else "; given at start"
-    assert client._constraints(text) == (first, content, given)
+    assert client._constraints(text) == (first, content, frozen, given)
     assert str(client._constraints(text)[0]) == str(first)
 
 
 @pytest.mark.parametrize("text", ["", "in the source file: ", "in the source file: x; content 1"])
 def test_descriptors_that_say_nothing(text: str) -> None:
-    assert client._constraints(text) == (None, None, None)
+    assert client._constraints(text) == (None, None, False, None)
 
 
 # ---------------------------------------------------------------- over the network
