@@ -7,7 +7,7 @@ RUN := $(VENV)/bin/python
 .PHONY: help demo test test-browser lint format bench clean venv
 
 help:
-	@echo "make demo   the main job on two unmodified nodes, in this terminal"
+	@echo "make demo   the quadcopter in the browser; Ctrl-C ends it (ARGS=--terminal: without)"
 	@echo "make test   lint, types, and all tests (ARGS='-k name' for some of them)"
 	@echo "make test-browser   the page of \`view\` in a real browser"
 	@echo "make lint   ruff and mypy only       make format   ruff's formatter"
@@ -16,14 +16,17 @@ help:
 venv:
 	@.ci/setup "$(VENV)" $(PYTHON)
 
+# However make ends, killed too, the demo and its nodes end with it.
 demo: venv
-	@$(RUN) -m rosslt_auto demo --terminal
+	@exec $(shell command -v setpriv >/dev/null && echo setpriv --pdeathsig TERM) \
+		$(RUN) -m rosslt_auto demo $(ARGS)
 
 test: lint
 	$(RUN) -m pytest -n 2 -m "not browser" $(ARGS)
 
-# Needs Chromium (Debian: apt install chromium), found on PATH or named by CHROMIUM.
+# Needs Chromium, found on PATH or named by CHROMIUM; `.ci/chromium install` installs it.
 test-browser: venv
+	@.ci/chromium
 	$(VENV)/bin/pip install --quiet playwright
 	$(RUN) -m pytest -m browser $(ARGS)
 

@@ -1,15 +1,17 @@
 """The verbs `view`, `markers` and `demo` from outside: what they print, how they end."""
 
 import re
+import shutil
 import socket
 import subprocess
 import sys
 import urllib.request
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
-from support.process import ROOT, Program, environment, rosslt_auto
+from support.process import ROOT, SAMPLES, Program, environment, rosslt_auto
 from support.waiting import wait_until
 
 NODES = ("interactive_script.py", "slt_trajectory.py", "slt_quad.py")
@@ -91,10 +93,43 @@ def test_the_demo_comes_up_and_ends_everything(own_domain: int, how: str) -> Non
         with urllib.request.urlopen(address) as answer:
             assert b"<html" in answer.read()
         assert len(_nodes(own_domain)) == len(NODES)
+        demo.stderr.matching(r"changes \S+ to \S+ in mission.py:\d+")
+        demo.stderr.matching(r"has followed; undone")
         getattr(demo, how)()
-        assert demo.wait() == 130
+        getattr(demo, how)()  # as from a terminal, or make, or timeout, and once more
+        assert demo.wait() == 0
         assert demo.stdout.all == [address]
         assert "Traceback" not in "".join(demo.stderr.all), str(demo)
+    wait_until(lambda: not _nodes(own_domain), "the nodes have ended too")
+
+
+@needs_viser
+@pytest.mark.slow
+def test_a_node_that_ends_ends_the_demo_and_its_last_words_are_seen(
+    own_domain: int, tmp_path: Path
+) -> None:
+    for name in (*NODES, "mission.py"):
+        shutil.copy(SAMPLES / name, tmp_path)
+    quad = tmp_path / "slt_quad.py"
+    quad.write_text(quad.read_text().replace("DELAY = 10", "DELAY = 10 / 0"))
+    code = (
+        "import sys; from pathlib import Path; from rosslt_auto.cli import demo, main; "
+        f"demo.sample_nodes = lambda: Path({str(tmp_path)!r}); sys.exit(main(['demo']))"
+    )
+    with Program([sys.executable, "-c", code], environment(own_domain)) as demo:
+        assert demo.wait() == 1
+        assert any("ZeroDivisionError" in line for line in demo.stderr.all), str(demo)
+        assert "slt_quad.py has ended with status 1" in demo.stderr.all[-1]
+    assert not _nodes(own_domain)
+
+
+@needs_viser
+@pytest.mark.slow
+@pytest.mark.skipif(not shutil.which("setpriv"), reason="setpriv is not installed")
+def test_a_demo_that_is_killed_takes_its_nodes_with_it(own_domain: int) -> None:
+    with program("demo", domain=own_domain) as demo:
+        wait_until(lambda: len(_nodes(own_domain)) == len(NODES), "the nodes have started")
+        demo.kill()
     wait_until(lambda: not _nodes(own_domain), "the nodes have ended too")
 
 
@@ -105,5 +140,5 @@ def _nodes(domain: int) -> list[str]:
         line
         for line in found.splitlines()
         if re.search(rf"ROS_DOMAIN_ID={domain}\b", line)
-        and any(f"sample_nodes/{name}" in line for name in NODES)
+        and any(f"/{name}" in line for name in NODES)
     ]

@@ -133,6 +133,10 @@ class Program:
         """Sends what a supervisor sends."""
         self._process.terminate()
 
+    def kill(self) -> None:
+        """Ends it without asking."""
+        self._process.kill()
+
     def wait(self, deadline: float = DEADLINE) -> int:
         """Its exit status, once it has ended by itself. Raises DeadlineMissed."""
         try:
