@@ -1,6 +1,7 @@
 """What a literal and an import cost: ``python -m benchmarks.literals``.
 
 literal  a number in instrumented code is a look-up in a list; beside it the plain constant
+operand  an int on the right of an operator, whose left operand has operators written in Python
 import   modules of the standard library, copied, imported in new interpreters through a warm
          cache: plainly, and with their literals rewritten
 """
@@ -31,19 +32,24 @@ _SETTLE = 25_000
 """Executions after which a table no longer counts them."""
 
 
-def literal_source() -> str:
-    """A function that does nothing but use literals."""
-    return "def function():\n" + "    x = 0.5\n" * LITERALS
+LITERAL = "def function():\n" + "    x = 0.5\n" * LITERALS
+"""A function that does nothing but use literals."""
+
+OPERAND = """
+class Other:
+    def __mul__(self, other): return self
+def function(x=Other()):
+""" + "    y = x * 2\n" * LITERALS  # fmt: skip
 
 
-def measure_literals(folder: Path) -> list[str]:
-    """The row that compares a look-up with a constant."""
+def measure_literals(folder: Path, name: str, source: str) -> list[str]:
+    """The row that compares a program's `function` with a plain one."""
     from rosslt_auto.instrument import hook
 
     path = folder / "literals.py"
-    path.write_text(literal_source())
+    path.write_text(source)
     namespaces: list[dict[str, Any]] = [{"__name__": "plain"}, {"__name__": "instrumented"}]
-    exec(compile(literal_source(), str(path), "exec"), namespaces[0])
+    exec(compile(source, str(path), "exec"), namespaces[0])
     code = hook.instrumented_code("instrumented", str(path), path.read_bytes(), cached=False)
     exec(code, namespaces[1])
     plain, tracked = namespaces[0]["function"], namespaces[1]["function"]
@@ -52,7 +58,7 @@ def measure_literals(folder: Path) -> list[str]:
     times = measure_together([plain, tracked])
     best = [timing.minimum / LITERALS * 1e9 for timing in times]
     medians = [timing.median / LITERALS * 1e9 for timing in times]
-    return _row("a literal, ns", medians, best)
+    return _row(name, medians, best)
 
 
 def _row(name: str, medians: list[float], best: list[float]) -> list[str]:
@@ -112,7 +118,11 @@ def main() -> None:
     """Prints the table."""
     started = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
-        rows = [measure_literals(Path(folder)), measure_imports(Path(folder))]
+        rows = [
+            measure_literals(Path(folder), "a literal, ns", LITERAL),
+            measure_literals(Path(folder), "an int operand of something else, ns", OPERAND),
+            measure_imports(Path(folder)),
+        ]
     print(machine(), "- medians, and the ratio of the best")
     print_table("literals", ["", "plain", "instrumented", "ratio", "ratio of best"], rows)
     print(f"{time.perf_counter() - started:.0f} s")

@@ -27,8 +27,9 @@ INTERPOLATIONS = "+"
 
 _CHECKED_HASH = (0b11).to_bytes(4, "little")  # PEP 552: flags of a checked hash-based pyc
 _ENGINE_FILES = (
-    "plain.py", "naming.py", "calls.py", "file_calls.py", "call_sites.py", "walk.py",
-    "interpolations.py", "remarks.py", "statements.py", "expressions.py", "rewriter.py",
+    "plain.py", "naming.py", "arithmetic.py", "operations.py", "calls.py", "file_calls.py",
+    "call_sites.py", "walk.py", "interpolations.py", "remarks.py", "statements.py",
+    "expressions.py", "rewriter.py",
 )  # fmt: skip
 
 

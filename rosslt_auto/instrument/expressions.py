@@ -58,6 +58,8 @@ class ExpressionWalk(Walk):
             if _is_complex(left) or _is_complex(right):
                 loose = None
             self.expression(right, loose)
+            if loose is not None:
+                self.operations.binary(node, self.scope, self.block)
             binding = loose
             if left.__class__ is not ast.BinOp:
                 self.expression(left, loose)

@@ -81,6 +81,7 @@ class Rewriter(StatementWalk, ExpressionWalk):
             )  # fmt: skip
             _become_lookup(node, self.table, len(values))
             values.append(found.value)
+        self.operations.rewrite(self.table, values, self.module_scope, remarks.is_off)
         for call, block in self.calls:
             if not remarks.is_off(call):
                 self._rewrite_call(call, block)

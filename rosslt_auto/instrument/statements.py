@@ -34,6 +34,7 @@ class StatementWalk(Walk):
     def _function(self, node: Any) -> None:
         outer_scope, outer_state = self.scope, (
             self.block, self.repeated, self.function, self.plain_return, self.displays,
+            self.parameters,
         )  # fmt: skip
         self.with_plain_texts(node.decorator_list)
         self.scope = Scope(node.name, outer_scope)
@@ -42,9 +43,15 @@ class StatementWalk(Walk):
         self.repeated = False if node.name in RUN_ONCE else None
         self.plain_return = node.name in RETURNS_PLAIN
         self.displays = 0
+        self.parameters = frozenset(
+            arg.arg for arg in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)
+        )
         self.statements(node.body)
         self.scope = outer_scope
-        self.block, self.repeated, self.function, self.plain_return, self.displays = outer_state
+        (
+            self.block, self.repeated, self.function, self.plain_return, self.displays,
+            self.parameters,
+        ) = outer_state  # fmt: skip
 
     def _class(self, node: ast.ClassDef) -> None:
         self.with_plain_texts(node.decorator_list)
@@ -71,6 +78,7 @@ class StatementWalk(Walk):
         first = node.targets[0]
         if isinstance(first, ast.Name):
             self.alias(first.id, node.value)
+        self.operations.bound(first, node.value, self.scope)
         if isinstance(first, ast.Tuple) and isinstance(node.value, (ast.Tuple, ast.List)):
             values = node.value.elts
             if len(values) == len(first.elts) and not any(
@@ -85,6 +93,7 @@ class StatementWalk(Walk):
         name = target_name(node.target)
         if node.value is not None and not is_special(name):
             self.target(node.target)
+            self.operations.bound(node.target, node.value, self.scope)
             self.expression(node.value, (name or "value", True))
 
     def _augmented(self, node: ast.AugAssign) -> None:
@@ -94,6 +103,7 @@ class StatementWalk(Walk):
             self.with_plain_texts([node.value], (name or "value", False))
         else:
             self.expression(node.value, (name or "value", False))
+            self.operations.augmented(node, self.scope, self.block, self.parameters)
 
     def _expression_statement(self, node: ast.Expr) -> None:
         self.expression(node.value, None)

@@ -8,7 +8,7 @@ import marshal
 
 from ..provenance.locations import LiteralInfo, register_literals
 from ..provenance.strings import Interpolation
-from . import calls, file_calls
+from . import arithmetic, calls, file_calls
 from .cache import INTERPOLATIONS, Entry
 
 PREFIX = "@rosslt."
@@ -20,6 +20,7 @@ def publish(entry: Entry, source: bytes) -> None:
 
     source  the content of the file that the code was made from
     """
+    arithmetic.publish()
     calls.publish()
     file_calls.publish()
     if entry.values:

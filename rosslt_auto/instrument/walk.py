@@ -13,6 +13,7 @@ from typing import Any, ClassVar, NamedTuple
 from .call_sites import BUILTIN_CALLS, MATH_CALLS
 from .calls import UNTRACKED
 from .naming import Scope
+from .operations import Operations
 from .plain import can_evaluate_to_tracked
 from .remarks import Remarks
 
@@ -75,6 +76,8 @@ class Walk:
         self.remarks = remarks if remarks is not None else Remarks()
         self.found: list[Found] = []
         self.calls: list[tuple[ast.Call, Block | None]] = []
+        self.operations = Operations()
+        self.parameters: frozenset[str] = frozenset()
         self.blocks: list[Block] = []
         self.block: Block | None = None
         self.repeated: bool | None = False
