@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from .provenance.external import create_location as create_location
     from .ros.operations import force_value as force_value
     from .ros.operations import reevaluate as reevaluate
+    from .tracking import install as install
+    from .tracking import tracked_module as tracked_module
+    from .tracking import uninstall as uninstall
 
 _WHERE = {
     "create_location": ".provenance.external",
@@ -24,6 +27,9 @@ _WHERE = {
     "reevaluate": ".ros.operations",
     "provenance": ".provenance",  # the package itself, which can be called
     "untracked": ".provenance",
+    "tracked_module": ".tracking",
+    "install": ".tracking",
+    "uninstall": ".tracking",
 }
 """Where each public name lives; importing this package alone loads nothing else."""
 

@@ -85,7 +85,7 @@ def instrumented_code(
     tables.publish(entry, source)
     loaded.add((module, path))
     for warning in entry.warnings:
-        _warn_once(warning, warning)
+        warn_once(warning, warning)
     return entry.code
 
 
@@ -105,10 +105,11 @@ def instrumented_or_none(module: str, path: str, source: bytes, **how: Any) -> C
 
 def say_once(module: str, path: str, reason: object) -> None:
     """Tells that a module, or a part of it, runs plain."""
-    _warn_once(module, f"{path} runs without provenance, it could not be instrumented: {reason}")
+    warn_once(module, f"{path} runs without provenance, it could not be instrumented: {reason}")
 
 
-def _warn_once(about: str, message: str) -> None:
+def warn_once(about: str, message: str) -> None:
+    """Logs a message, the first one about something."""
     if about not in _warned:
         _warned.add(about)
         import logging
@@ -136,7 +137,7 @@ def _advice(loader: Any, fullname: str | None = None) -> CodeType | None:
             if not path.endswith(".py"):
                 return None
             return instrumented_or_none(name, path, source, cached=False)
-        if _compiles_plainly(type(loader)):
+        if compiles_plainly(type(loader)):
             return instrumented_or_none(name, path, source)
         return instrumented_or_none(
             name, path, source, cached=False, compiler=loader.source_to_code
@@ -145,7 +146,7 @@ def _advice(loader: Any, fullname: str | None = None) -> CodeType | None:
         return None  # whatever it is, the plain function meets it again
 
 
-def _compiles_plainly(loader: type) -> bool:
+def compiles_plainly(loader: type) -> bool:
     compiler = getattr(loader, "source_to_code", None)
     if compiler is vars(_SourceLoader)["source_to_code"]:
         return True

@@ -4,9 +4,20 @@ from __future__ import annotations
 
 import builtins
 import functools
+import gc
 import marshal
+import sys
+from collections.abc import Iterator
+from types import (
+    AsyncGeneratorType,
+    CodeType,
+    CoroutineType,
+    FrameType,
+    FunctionType,
+    GeneratorType,
+)
 
-from ..provenance.locations import LiteralInfo, register_literals
+from ..provenance.locations import LiteralInfo, register_literals, registered
 from ..provenance.strings import Interpolation
 from . import arithmetic, calls, file_calls
 from .cache import INTERPOLATIONS, Entry
@@ -40,3 +51,42 @@ def publish(entry: Entry, source: bytes) -> None:
 
 def _describe(infos: bytes) -> list[LiteralInfo]:
     return [LiteralInfo(*info) for info in marshal.loads(infos)]
+
+
+def withdraw() -> None:
+    """Takes out of `builtins` what no code reads any more."""
+    used: set[str] = set()
+    for code in _codes_in_use():
+        _collect(code, used)
+    names = {name for name in vars(builtins) if name.startswith(PREFIX)} - used
+    for name in names:
+        delattr(builtins, name)
+    for literals in registered():
+        for name in names:
+            literals.publish_no_more(name)
+
+
+_CODE_OF = {
+    FunctionType: "__code__", GeneratorType: "gi_code", CoroutineType: "cr_code",
+    AsyncGeneratorType: "ag_code",
+}  # fmt: skip
+
+
+def _codes_in_use() -> Iterator[CodeType]:
+    for thing in gc.get_objects():
+        attribute = _CODE_OF.get(type(thing))
+        if attribute is not None:
+            yield getattr(thing, attribute)
+    for innermost in sys._current_frames().values():
+        frame: FrameType | None = innermost
+        while frame is not None:
+            yield frame.f_code
+            frame = frame.f_back
+
+
+def _collect(code: CodeType, names: set[str]) -> None:
+    """Adds those of our names that a code, or what is nested in it, reads."""
+    names.update(name for name in code.co_names if name.startswith(PREFIX))
+    for const in code.co_consts:
+        if isinstance(const, CodeType):
+            _collect(const, names)

@@ -49,10 +49,15 @@ def weave(
             code = compile(tree, path, "exec", dont_inherit=True)
         else:
             code = compiler(tree, path)
-        infos = marshal.dumps([tuple(info) for info in rewritten.infos])
     except Exception as error:
         _compile_plainly(source, path)  # an error of the program, or ours?
         raise NotInstrumented(f"{type(error).__name__}: {error}") from error
+    return entry_of(module, path, table, code, rewritten)
+
+
+def entry_of(module: str, path: str, table: str, code: CodeType, rewritten: Rewritten) -> Entry:
+    """What `tables.publish` needs to know of the code that a rewritten tree was compiled to."""
+    infos = marshal.dumps([tuple(info) for info in rewritten.infos])
     return Entry(
         module, path, table, code, rewritten.values, infos,
         rewritten.interpolations, rewritten.warnings,

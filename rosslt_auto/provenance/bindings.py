@@ -7,6 +7,7 @@ objects, containers, and local variables of functions that are running.
 
 from __future__ import annotations
 
+import builtins
 import ctypes
 import functools
 import sys
@@ -88,7 +89,7 @@ class _Walk:
     def __init__(self, replace: Replace) -> None:
         self.replace = replace
         self.modules = instrumented_modules() | {"__main__"}
-        self.seen: set[int] = set()
+        self.seen = {id(vars(builtins))}  # in every namespace; the tables of literals are there
         self.keep: list[Any] = []  # what was visited lives until the end: ids stay unique
         self.stack: list[Any] = []
 

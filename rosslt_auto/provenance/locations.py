@@ -287,6 +287,10 @@ class Literals:
         self._publishers[name] = publish
         publish(self.table)
 
+    def publish_no_more(self, name: str) -> None:
+        """The code that reads the table by this name is gone."""
+        self._publishers.pop(name, None)
+
     def now_in(self, source: bytes, infos: list[LiteralInfo], values: tuple[Any, ...]) -> None:
         """Notes that the file has other values at other places now, see `saved`."""
         self.source, self._content, self._lines = source, None, None

@@ -1,0 +1,150 @@
+"""Instruments what has been loaded plain: `@tracked_module`, and its way back.
+
+Functions get rewritten code (``__code__``) and stay the objects that they are, with their
+closures; classes and modules likewise. What is running at that moment ends as it began.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import sys
+from collections.abc import Iterable, Iterator
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+from weakref import WeakKeyDictionary
+
+from ..provenance.locations import Literals, registered
+from . import array_calls, hook
+from .errors import NotInstrumented, NotParsed
+from .reachable import (
+    classes_within,
+    functions_behind,
+    functions_of_class,
+    functions_of_module,
+)
+from .rewoven import Rewoven, compiler_of, forget, is_rewritten, rewoven
+
+
+def instrument(thing: Any, caller: str | None = None) -> None:
+    """Instruments a class, a function or a module in place.
+
+    thing   what is behind decorators is found: wrappers, properties, partial functions
+    caller  the file that asks: of a decorated function, what stands there is meant
+
+    Raises TypeError for anything else. Where something cannot be instrumented it stays plain, which
+    is said once.
+    """
+    array_calls.install()
+    if isinstance(thing, ModuleType):
+        _module(thing)
+    elif isinstance(thing, type):
+        for cls in classes_within(thing):
+            _class(cls)
+    else:
+        functions = list(functions_behind(thing))
+        if not functions:
+            raise TypeError(
+                f"tracked_module takes a class, a function or a module, not {type(thing).__name__}"
+            )
+        files = {function.__code__.co_filename for function in functions}
+        file = caller if caller in files else _innermost(functions[0]).__code__.co_filename
+        _functions(f for f in functions if f.__code__.co_filename == file)
+
+
+def _innermost(function: Any) -> FunctionType:
+    found = function
+    for _ in range(100):
+        function = getattr(function, "__wrapped__", None)
+        if type(function) is not FunctionType:
+            break
+        found = function
+    return found
+
+
+def _module(module: ModuleType) -> None:
+    path = getattr(module, "__file__", None)
+    if not isinstance(path, str) or not path.endswith(".py"):
+        raise TypeError(f"module {module.__name__} was not loaded from a source file")
+    if (module.__name__, path) in hook.loaded:
+        return
+    _functions(f for f in functions_of_module(module) if f.__code__.co_filename == path)
+    names = vars(module)
+    with _said_once(module.__name__, path):
+        evaluated = rewoven(module.__name__, path).evaluated
+        evaluated.track_globals(names)
+        for cls in [one for one in names.values() if isinstance(one, type)]:
+            if cls.__module__ == module.__name__:
+                for inner in classes_within(cls):
+                    evaluated.track_attributes(inner)
+
+
+def _class(cls: type) -> None:
+    functions = functions_of_class(cls)
+    file = getattr(sys.modules.get(cls.__module__), "__file__", None)
+    path = functions[0].__code__.co_filename if functions else file
+    if path is None or (cls.__module__, path) in hook.loaded:
+        return
+    _functions(functions)
+    with _said_once(cls.__module__, path):
+        rewoven(cls.__module__, path).evaluated.track_attributes(cls)
+
+
+def _functions(functions: Iterable[FunctionType]) -> None:
+    for function in functions:
+        code = function.__code__
+        module, path = function.__globals__.get("__name__", ""), code.co_filename
+        if (module, path) in hook.loaded or is_rewritten(code):
+            continue
+        with _said_once(module, path):
+            made = rewoven(module, path)
+            new = made.rewritten.get(code)
+            if new is None:
+                raise NotInstrumented(f"{code.co_qualname} was not made from what the file is now")
+            function.__code__ = new
+            _plain[function] = code
+            made.evaluated.track_defaults(function)
+
+
+@contextlib.contextmanager
+def _said_once(module: str, path: str) -> Iterator[None]:
+    try:
+        yield
+    except (NotParsed, NotInstrumented) as error:
+        hook.say_once(module, path, error)
+
+
+# ---------------------------------------------------------------- and back
+
+_plain: WeakKeyDictionary[FunctionType, CodeType] = WeakKeyDictionary()
+
+
+def restore() -> None:
+    """Gives all functions plain code again, also those that the import hook has instrumented."""
+    for function, code in list(_plain.items()):
+        if is_rewritten(function.__code__):
+            function.__code__ = code
+    _plain.clear()
+    files = {(one.module, one.file): one for one in registered()}
+    made: dict[tuple[str, str], dict[CodeType, CodeType]] = {}
+    paths = {path for _, path in (*files, *hook.loaded)}
+    for function in gc.get_objects():
+        if type(function) is FunctionType and function.__code__.co_filename in paths:
+            key = (function.__globals__.get("__name__", ""), function.__code__.co_filename)
+            if key not in made:
+                made[key] = _plain_codes(*key, files.get(key))
+            plain = made[key].get(function.__code__)
+            if plain is not None:
+                function.__code__ = plain
+    forget()
+
+
+def _plain_codes(module: str, path: str, known: Literals | None) -> dict[CodeType, CodeType]:
+    """Plain code of a module by its rewritten code."""
+    try:
+        if known is None or known.source is None:
+            return rewoven(module, path).plain
+        loader = getattr(sys.modules.get(module), "__loader__", None)
+        return Rewoven(module, path, known.source, compiler_of(loader)).plain
+    except (NotParsed, NotInstrumented):
+        return {}
