@@ -14,7 +14,7 @@ import numpy as np
 from .array_rules import core_of
 from .expressions import is_leaf
 from .operators import OPERATORS, Operator
-from .values import MORE_KINDS, PlainType, is_tracked, node, record, untracked
+from .values import MORE_KINDS, PlainType, as_plain, is_tracked, node, record, untracked
 
 _SAME = OPERATORS["same"]
 _NUMBERS = (float, int)
@@ -78,6 +78,8 @@ def _class(plain: Any) -> Any:
         "item": _item,
         "tolist": _item,
         "__doc__": plain.__doc__,
+        "__module__": as_plain("__module__"),
+        "__dict__": as_plain("__dict__"),
     }
     for name in ("add", "sub", "mul", "truediv", "floordiv", "mod", "pow"):
         op = OPERATORS[name]
@@ -87,9 +89,7 @@ def _class(plain: Any) -> Any:
         names[f"__{name}__"] = _unary(getattr(plain, f"__{name}__"), OPERATORS[name])
     if hasattr(plain, "__round__"):
         names["__round__"] = _round
-    made = PlainType(plain.__name__, (plain,), names)
-    made.__module__ = plain.__module__
-    return made
+    return PlainType(plain.__name__, (plain,), names)
 
 
 def _binary(method: Callable[..., Any], op: Operator, reflected: bool) -> Callable[..., Any]:

@@ -15,6 +15,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+from .frames import unseen
 from .operators import DEFERRED, LITERAL, OPERATORS, SOURCE, Operator
 
 DEPTH_LIMIT = 1024
@@ -45,6 +46,9 @@ class PlainType(type):
     def __repr__(cls) -> str:
         return repr(cls._plain)
 
+    # The classes have none of their own, see `as_plain`. (That of this class itself is lost.)
+    __module__ = property(lambda cls: cls._plain.__module__)
+
     def __call__(cls, *args: Any, **kwargs: Any) -> Any:
         """What libraries get by ``type(x)(2)``: a plain value. We ourselves use ``new_float``."""
         return cls._plain(*args, **kwargs)
@@ -60,12 +64,26 @@ def _same(self: Any, memo: Any = None) -> Any:
     return self
 
 
+def as_plain(name: str) -> Any:
+    """An attribute that instances of a class written in Python have, and of C's mostly do not.
+
+    It is what the plain value answers, or its AttributeError.
+    """
+
+    @unseen
+    def answer(self: Any) -> Any:
+        return getattr(self._v, name)
+
+    return property(answer)
+
+
 class TrackedFloat(float, metaclass=PlainType):
     """A float that is a node of an expression graph; see `expressions` for what to ask it."""
 
     __slots__ = ("_a", "_b", "_depth", "_op", "_v")
     _plain = float
     __class__ = property(lambda self: float)
+    __module__ = as_plain("__module__")
     __hash__ = float.__hash__
 
     def _set(self, op: Operator, a: Any, b: Any, depth: int) -> None:
@@ -80,6 +98,8 @@ class TrackedInt(int, metaclass=PlainType):
 
     _plain = int
     __class__ = property(lambda self: int)
+    __module__ = as_plain("__module__")
+    __dict__ = as_plain("__dict__")
     __hash__ = int.__hash__
 
     _v = property(lambda self: self._n[0])
@@ -98,6 +118,7 @@ class TrackedStr(str, metaclass=PlainType):
     __slots__ = ("_a", "_b", "_depth", "_op", "_v")
     _plain = str
     __class__ = property(lambda self: str)
+    __module__ = as_plain("__module__")
     __hash__ = str.__hash__
 
     def _set(self, op: Operator, a: Any, b: Any, depth: int) -> None:
@@ -452,7 +473,6 @@ def disguise(cls: type) -> None:
         setattr(cls, name, function)
     plain = cls._plain  # type: ignore[attr-defined]
     cls.__name__ = cls.__qualname__ = plain.__name__
-    cls.__module__ = plain.__module__
     cls.__doc__ = plain.__doc__
 
 

@@ -10,11 +10,14 @@ import pickle
 import statistics
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from rosslt_auto.provenance import provenance
+from rosslt_auto.provenance import Source, provenance
+from rosslt_auto.provenance.operators import OPERATORS
+from rosslt_auto.provenance.values import is_tracked, leaf, record
 from support.tracked import bits, outcome, tracked
 
 numbers_ = st.one_of(
@@ -104,6 +107,23 @@ def test_looks(value: Any) -> None:
     )  # fmt: skip
     assert issubclass(cls, kind)
     assert kind.__add__(one, 1) == value + 1 or value != value
+
+
+@pytest.mark.parametrize("value", [1.5, 3, "text", np.float64(1.5), np.int32(3)])
+@pytest.mark.parametrize("name", ["__module__", "__dict__"])
+def test_instances_have_no_attributes_of_their_class(value: Any, name: str) -> None:
+    import rosslt_auto.provenance.arrays as arrays
+
+    arrays.install()
+    one = record(OPERATORS["same"], value, leaf(Source("/node", "x", "float"), 1.5))
+    arrays.uninstall()
+    assert is_tracked(one)
+    assert outcome(getattr, one, name) == outcome(getattr, value, name)
+    assert outcome(vars, one) == outcome(vars, value)
+    with pytest.raises(AttributeError) as caught:
+        getattr(one, name)
+    assert len(caught.traceback) == 1
+    assert type(one).__module__ == type(value).__module__
 
 
 def test_used_as_an_index_or_a_size() -> None:
