@@ -306,7 +306,7 @@ def _dist(p: Any, q: Any, /) -> Any:
     """The distance is the hypotenuse of the differences, computed in one go."""
     p, q = tuple(p), tuple(q)
     value = math.dist(tuple(map(untracked, p)), tuple(map(untracked, q)))
-    if any(map(is_tracked, p + q)):
+    if any(map(is_tracked, p + q)) and all(map(_is_number, p + q)):
         return record(OPERATORS["hypot"], value, *(a - b for a, b in zip(p, q, strict=True)))
     return value
 

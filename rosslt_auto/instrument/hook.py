@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import sys
 import zipimport
+from _thread import get_ident
 from collections.abc import Callable
 from importlib.machinery import SourceFileLoader
 from types import CodeType
@@ -19,7 +20,7 @@ from typing import Any
 import wrapt
 
 from ..provenance.frames import unseen
-from . import array_calls, cache, tables
+from . import array_calls, cache, exact_types, tables
 from .errors import NotParsed
 from .selection import Selection
 
@@ -38,6 +39,7 @@ def install(selection: Selection) -> None:
     if selection not in _selections:
         _selections.append(selection)
     array_calls.install()
+    exact_types.install()
     for loader in (_SourceLoader, zipimport.zipimporter):
         if loader not in _originals:
             _originals[loader] = vars(loader)["get_code"]
@@ -49,6 +51,7 @@ def uninstall() -> None:
     _selections.clear()
     loaded.clear()
     array_calls.uninstall()
+    exact_types.uninstall()
     for loader, original in list(_originals.items()):
         wrapper = vars(loader)["get_code"]
         if getattr(wrapper, "_self_wrapper", None) is _get_code:
@@ -77,9 +80,7 @@ def instrumented_code(
     cache_path = cache.path_for(path) if cached else None
     entry = cache.read(cache_path, source, module, path) if cache_path else None
     if entry is None:
-        from .weaving import weave  # takes long to import, and is not needed with a warm cache
-
-        entry = weave(module, path, source, compiler)
+        entry = _weave(module, path, source, compiler)
         if cache_path:
             cache.write(cache_path, source, entry)
     tables.publish(entry, source)
@@ -87,6 +88,20 @@ def instrumented_code(
     for warning in entry.warnings:
         warn_once(warning, warning)
     return entry.code
+
+
+def _weave(*args: Any) -> cache.Entry:
+    """`weaving.weave`. It takes long to import, and is not needed with a warm cache."""
+    _importing.add(get_ident())
+    try:
+        from .weaving import weave
+    finally:
+        _importing.discard(get_ident())
+    return weave(*args)
+
+
+_importing: set[int] = set()
+"""Threads that import what weaving needs itself: the standard library may be selected, too."""
 
 
 def instrumented_or_none(module: str, path: str, source: bytes, **how: Any) -> CodeType | None:
@@ -119,7 +134,15 @@ def warn_once(about: str, message: str) -> None:
 
 @unseen
 def _get_code(wrapped: Any, loader: Any, args: Any, kwargs: Any) -> Any:
-    code = _advice(loader, *args, **kwargs)
+    tracer = sys.gettrace()
+    if tracer is None:
+        code = _advice(loader, *args, **kwargs)
+    else:  # a debugger has no business here
+        sys.settrace(None)
+        try:
+            code = _advice(loader, *args, **kwargs)
+        finally:
+            sys.settrace(tracer)
     if code is None:
         return wrapped(*args, **kwargs)
     return code
@@ -131,6 +154,8 @@ def _advice(loader: Any, fullname: str | None = None) -> CodeType | None:
         name = fullname if fullname is not None else loader.name
         path = loader.get_filename(name)
         if not any(selection.selects(name, path) for selection in _selections):
+            return None
+        if get_ident() in _importing:
             return None
         source = loader.get_data(path)
         if isinstance(loader, zipimport.zipimporter):

@@ -11,6 +11,9 @@ from collections.abc import Iterable
 from fnmatch import fnmatchcase
 
 _OWN = __name__.partition(".")[0]
+_NEVER = frozenset({"_pylong"})
+"""Of what it returns, the interpreter changes the sign in place."""
+
 _INSTALLED = (f"{os.sep}site-packages{os.sep}", f"{os.sep}dist-packages{os.sep}")
 _STDLIB = tuple(
     dict.fromkeys(path + os.sep for path in (os.path.dirname(os.__file__),
@@ -59,7 +62,7 @@ class Selection:
 
     def selects(self, name: str, path: str) -> bool:
         """Whether the module `name`, loaded from the source file `path`, is instrumented."""
-        if self._matches(name, self.excludes) or _within(name, _OWN):
+        if self._matches(name, self.excludes) or _within(name, _OWN) or name in _NEVER:
             return False
         if self._matches(name, self.patterns):
             return True

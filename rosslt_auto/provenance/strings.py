@@ -140,6 +140,10 @@ class Interpolation:
         self.count = sum(literal is None for literal, _, _ in parts)
         self.running = threading.local()
 
+    def __deepcopy__(self, memo: Any) -> Any:
+        """Programs that copy the namespace `builtins` may do so."""
+        return self
+
     def begin(self) -> Any:
         """Called before the first part; the answer is given to `end`."""
         try:

@@ -85,6 +85,14 @@ def test_dist(points) -> None:
     assert provenance(result).evaluate({}) == math.dist(p, q)
 
 
+def test_dist_of_what_only_converts_to_numbers() -> None:
+    class Like:
+        def __float__(self) -> float:
+            return 1.0
+
+    assert outcome(calls.call_2, math.dist, [tracked(4.0)], [Like()]) == (float, "3.0")
+
+
 def test_everything_with_an_operator_keeps_provenance() -> None:
     names = {name for name in OPERATORS if callable(getattr(math, name, None))}
     names -= {"floor", "ceil", "trunc", "prod"}  # these ask the operand itself

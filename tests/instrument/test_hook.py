@@ -2,6 +2,7 @@
 
 import ast
 import builtins
+import copy
 import importlib
 import importlib.abc
 import importlib.util
@@ -42,6 +43,34 @@ def test_namespaces_stay_clean(packages) -> None:
     assert set(module.names) | {"names"} == expected
     assert module.__doc__ == "doc"
     assert not [name for name in dir(module) if "@" in name]
+
+
+def test_a_tracer_sees_what_the_program_does(packages) -> None:
+    seen = []
+
+    def tracer(frame, event, arg):
+        seen.append((frame.f_code.co_filename, event))
+        return tracer
+
+    folder = packages(under_test_traced="x = 0.5\n")
+    before = sys.gettrace()
+    sys.settrace(tracer)
+    try:
+        importlib.import_module("under_test_traced")
+        during = sys.gettrace()
+    finally:
+        sys.settrace(before)
+    assert during is tracer
+    assert (str(folder / "under_test_traced.py"), "line") in seen
+    assert not [place for place in seen if f"{os.sep}rosslt_auto{os.sep}" in place[0]]
+
+
+def test_namespace_of_builtins_can_be_copied(packages) -> None:
+    packages(under_test_copied="x = 2.5\ndef f(): return f'{x} m'")
+    module = importlib.import_module("under_test_copied")
+    copied = copy.deepcopy(vars(builtins))
+    assert copied.keys() == vars(builtins).keys()
+    assert module.f() == "2.5 m"
 
 
 def test_spec_and_loader_are_the_plain_ones(packages) -> None:

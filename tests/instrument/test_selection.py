@@ -75,3 +75,9 @@ def test_never_ourselves() -> None:
     selection = Selection(patterns=["*"])
     assert not selection.selects("rosslt_auto.provenance.values", "/x/values.py")
     assert selection.selects("rosslt_auto_user", "/x/rosslt_auto_user.py")
+
+
+def test_never_what_the_interpreter_changes_in_place() -> None:
+    selection = Selection(["*"])
+    assert selection.selects("statistics", "/lib/statistics.py")
+    assert not selection.selects("_pylong", "/lib/_pylong.py")

@@ -1,0 +1,73 @@
+"""Functions of the standard library that ask for exact types get plain values.
+
+Nearly everything written in C takes a subclass of float, int or str like the plain one. The few
+functions that refuse one would fail under us, whoever calls them: nothing can be seen of that in
+the source that is rewritten.
+"""
+
+from __future__ import annotations
+
+import functools
+import sys
+from typing import Any
+
+import wrapt
+
+from ..provenance.frames import unseen
+from ..provenance.imported import AfterImport
+from ..provenance.values import PlainType
+
+FUNCTIONS: dict[str, tuple[str, ...]] = {
+    "_socket": ("getaddrinfo",),  # of a port number: "Int or String expected"
+    "marshal": ("dump", "dumps"),  # "unmarshallable object"
+}
+"""Join points: functions by the module that has them."""
+
+_waiting: list[AfterImport] = []
+_originals: dict[tuple[str, str], Any] = {}
+
+
+def install() -> None:
+    """Wraps the functions as soon as their modules are there. Idempotent."""
+    if not _waiting:
+        for module in FUNCTIONS:
+            _waiting.append(AfterImport(module, functools.partial(_weave, module)))
+
+
+def uninstall() -> None:
+    """The functions are as they were, save where somebody else has wrapped them since."""
+    for one in _waiting:
+        one.cancel()
+    _waiting.clear()
+    for (module, name), original in list(_originals.items()):
+        there = getattr(sys.modules.get(module), name, None)
+        if getattr(there, "_self_wrapper", None) is _with_plain_arguments:
+            setattr(sys.modules[module], name, original)
+        del _originals[module, name]
+
+
+def _weave(module: str) -> None:
+    for name in FUNCTIONS[module]:
+        _originals[module, name] = getattr(sys.modules[module], name)
+        wrapt.wrap_function_wrapper(module, name, _with_plain_arguments)
+
+
+@unseen
+def _with_plain_arguments(function: Any, instance: Any, args: Any, kwargs: Any) -> Any:
+    return function(*_plain(args), **_plain(kwargs))
+
+
+def _plain(thing: Any) -> Any:
+    """A value without anything tracked in it; as it is if there is nothing."""
+    kind = type(thing)
+    if type(kind) is PlainType:
+        return thing._v
+    if kind is dict:
+        made = [(_plain(key), _plain(value)) for key, value in thing.items()]
+        same = all(a is c and b is d for (a, b), (c, d) in zip(thing.items(), made, strict=True))
+        return thing if same else dict(made)
+    if kind is tuple or kind is list or kind is set or kind is frozenset:
+        plain = [_plain(item) for item in thing]
+        same = all(a is b for a, b in zip(thing, plain, strict=True))
+        return thing if same else kind(plain)
+    return thing

@@ -1,0 +1,67 @@
+"""Functions of the standard library that refuse subclasses, called with tracked values."""
+
+from __future__ import annotations
+
+import _socket
+import io
+import marshal
+import socket
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from rosslt_auto.instrument import exact_types
+from rosslt_auto.provenance import Source
+from rosslt_auto.provenance.values import leaf
+
+
+def tracked(value: Any) -> Any:
+    return leaf(Source("/node", "x", type(value).__name__), value)
+
+
+@pytest.fixture(autouse=True)
+def woven() -> Iterator[None]:
+    exact_types.install()
+    exact_types.install()
+    yield
+    exact_types.uninstall()
+    exact_types.uninstall()
+
+
+def test_a_port_number_is_an_address() -> None:
+    plain = socket.getaddrinfo("127.0.0.1", 5000, type=socket.SOCK_STREAM)
+    assert socket.getaddrinfo(tracked("127.0.0.1"), tracked(5000), type=socket.SOCK_STREAM) == plain
+    assert _socket.getaddrinfo(host=None, port=tracked(80)) == _socket.getaddrinfo(None, 80)
+
+
+@pytest.mark.parametrize(
+    "thing", [1.5, [1, "a"], ("x", (2, 3.0)), {"k": [4]}, {5}, frozenset({"b"}), None, b"c", True]
+)
+def test_marshalled_as_the_plain_thing(thing: Any) -> None:
+    def track(one: Any) -> Any:
+        if isinstance(one, dict):
+            return {track(key): track(value) for key, value in one.items()}
+        if isinstance(one, (list, tuple, set, frozenset)):
+            return type(one)(map(track, one))
+        return tracked(one) if type(one) in (int, float, str) else one
+
+    loaded = marshal.loads(marshal.dumps(track(thing)))
+    assert loaded == thing
+    assert type(loaded) is type(thing)
+    file = io.BytesIO()
+    marshal.dump(track(thing), file)
+    assert marshal.loads(file.getvalue()) == thing
+
+
+def test_errors_are_the_functions_own() -> None:
+    with pytest.raises(ValueError, match="unmarshallable") as raised:
+        marshal.dumps(object())
+    assert len(raised.traceback) == 1
+    with pytest.raises(TypeError):
+        _socket.getaddrinfo()
+
+
+def test_uninstalled_as_before() -> None:
+    exact_types.uninstall()
+    assert type(marshal.dumps) is type(_socket.getaddrinfo) is type(len)
