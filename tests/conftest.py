@@ -23,6 +23,12 @@ NETWORKED = ("cli", "e2e", "ros", "views")
 """Folders whose tests find each other over DDS, in time that a busy machine may not give them."""
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--update-golden", action="store_true", help="take what the rewriter makes as expected"
+    )
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """A networked test that fails is tried again, twice at most; the report marks it with R."""
     here = Path(__file__).parent

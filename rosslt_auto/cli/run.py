@@ -27,6 +27,7 @@ class Command:
     modules: list[str] = field(default_factory=list)
     excluded: list[str] = field(default_factory=list)
     read_only: bool = False
+    show_rewritten: bool = False
 
 
 class _Usage(Exception):
@@ -43,6 +44,10 @@ def main(words: Sequence[str]) -> int:
         _parser().print_help()
         return 0
     assert command.target is not None
+    if command.show_rewritten:
+        from . import rewritten
+
+        return rewritten.show(command)
 
     from rosslt_auto.instrument import runner
     from rosslt_auto.instrument.selection import Selection
@@ -81,6 +86,8 @@ def parse(words: Sequence[str]) -> Command | None:
             return None
         if word == "--read-only":
             command.read_only = True
+        elif word == "--show-rewritten":
+            command.show_rewritten = True
         elif option in ("--module", "--exclude"):
             if not equals:
                 if not rest:
@@ -112,7 +119,7 @@ def _parser() -> argparse.ArgumentParser:
 
     made = parser("run", "Runs a program as python would, and tracks where its numbers come from.")
     made.usage = (
-        "%(prog)s [--module PATTERN]... [--exclude PATTERN]... [--read-only] "
+        "%(prog)s [--module PATTERN]... [--exclude PATTERN]... [--read-only] [--show-rewritten] "
         "(SCRIPT | -m MODULE) [ARG...]"
     )
     made.add_argument(
@@ -123,6 +130,10 @@ def _parser() -> argparse.ArgumentParser:
     made.add_argument(
         "--read-only", action="store_true", help="provenance, but nobody can change anything"
     )
+    made.add_argument(
+        "--show-rewritten", action="store_true",
+        help="run nothing, print what the program and modules of --module become",
+    )  # fmt: skip
     made.add_argument("-m", metavar="MODULE", help="run a module, as python -m does")
     made.add_argument("script", metavar="SCRIPT", nargs="?", help="run a script")
     made.add_argument(
