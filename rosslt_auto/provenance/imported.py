@@ -34,6 +34,7 @@ class AfterImport:
         if self in sys.meta_path:
             sys.meta_path.remove(self)
 
+    @unseen
     def find_spec(self, name: str, path: Any = None, target: Any = None) -> Any:
         if name != self.name or self not in sys.meta_path:
             return None
