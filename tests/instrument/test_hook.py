@@ -45,6 +45,9 @@ def test_namespaces_stay_clean(packages) -> None:
     assert not [name for name in dir(module) if "@" in name]
 
 
+@pytest.mark.xfail(
+    sys.version_info < (3, 12), reason="3.11 tells tracers of unseen frames, too", strict=True
+)
 def test_a_tracer_sees_what_the_program_does(packages) -> None:
     seen = []
 
