@@ -27,7 +27,7 @@ from rosslt_auto.provenance.values import untracked
 
 from . import panel
 from .dragging import Choice, Dragger, Refused, solve
-from .drawing import Drawing, node_name
+from .drawing import Drawing, linear, node_name
 from .geometry import Quaternion, Vector
 from .gizmos import Gizmos
 from .handles import Grip, Handle
@@ -55,6 +55,7 @@ class Camera(NamedTuple):
 
 CAMERA = Camera((2.6, -5.2, 4.2), (0.6, 1.2, 1.3), 0.85)
 
+_ORANGE = (255, 120, 20)
 _MAX_GIZMOS = 40
 _AUTOMATIC = "automatic"
 
@@ -208,22 +209,22 @@ class Page:
             self._point_nodes.pop(key).remove()
             self._points.pop(key, None)
         for key, (item, handles) in points.items():
-            places = tuple(handle.position for handle in handles)
+            places = tuple(handle.spot.position for handle in handles)
             known = self._points.get(key)
-            if known is not None and known[0] == places:
-                continue
             node = self._point_nodes.get(key)
             if node is None or known is None or len(known[0]) != len(places):
                 node = self._server.scene.add_batched_meshes_simple(
                     f"points/{node_name(key)}", *_ball(),
                     batched_wxyzs=[(1.0, 0.0, 0.0, 0.0)] * len(places), batched_positions=places,
                     batched_scales=[_ball_size(item)] * len(places),
-                    batched_colors=(255, 140, 30), lod="off",
+                    batched_colors=linear(_ORANGE), lod="off", cast_shadow=False,
                 )  # fmt: skip
                 node.on_click(self._point_clicked(key))
                 self._point_nodes[key] = node
-            else:
+            elif known[0] != places:
                 node.batched_positions = np.array(places, dtype=np.float32)
+            frame = handles[0].spot.frame  # the same for all points of an item
+            node.position, node.wxyz = frame.position, frame.rotation
             self._points[key] = (places, handles)
 
     def _point_clicked(self, key: str) -> Any:
