@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from . import NO_ROS, say
@@ -12,21 +13,21 @@ if TYPE_CHECKING:
     import argparse
 
 
-class Command:  # no dataclass: that takes long to import
+@dataclass
+class Command:
     """A parsed command line of `run`.
 
     target     the script, or with `as_module` the module
     arguments  what belongs to the program
     """
 
-    def __init__(self) -> None:
-        self.target: str | None = None
-        self.as_module = False
-        self.arguments: list[str] = []
-        self.modules: list[str] = []
-        self.excluded: list[str] = []
-        self.read_only = False
-        self.show_rewritten = False
+    target: str | None = None
+    as_module: bool = False
+    arguments: list[str] = field(default_factory=list)
+    modules: list[str] = field(default_factory=list)
+    excluded: list[str] = field(default_factory=list)
+    read_only: bool = False
+    show_rewritten: bool = False
 
 
 class _Usage(Exception):

@@ -9,7 +9,6 @@ plain code comes from the plain function. Modules in zip archives have a join po
 
 from __future__ import annotations
 
-import functools
 import sys
 import zipimport
 from _thread import get_ident
@@ -18,8 +17,10 @@ from importlib.machinery import SourceFileLoader
 from types import CodeType
 from typing import Any
 
+import wrapt
+
 from ..provenance.frames import unseen
-from . import array_calls, cache, exact_types, tables
+from . import array_calls, cache, exact_types, run_path, tables
 from .errors import NotParsed
 from .selection import Selection
 
@@ -39,11 +40,11 @@ def install(selection: Selection) -> None:
         _selections.append(selection)
     array_calls.install()
     exact_types.install()
+    run_path.install()
     for loader in (_SourceLoader, zipimport.zipimporter):
         if loader not in _originals:
-            original = vars(loader)["get_code"]
-            _originals[loader] = original, _advised(original)
-            loader.get_code = _originals[loader][1]  # type: ignore[attr-defined]
+            _originals[loader] = vars(loader)["get_code"]
+            wrapt.wrap_function_wrapper(loader, "get_code", _get_code)
 
 
 def uninstall() -> None:
@@ -52,10 +53,17 @@ def uninstall() -> None:
     loaded.clear()
     array_calls.uninstall()
     exact_types.uninstall()
-    for loader, (original, ours) in list(_originals.items()):
-        if vars(loader)["get_code"] is ours:
+    run_path.uninstall()
+    for loader, original in list(_originals.items()):
+        wrapper = vars(loader)["get_code"]
+        if getattr(wrapper, "_self_wrapper", None) is _get_code:
             loader.get_code = original  # type: ignore[attr-defined]
             del _originals[loader]
+
+
+def selects(name: str, path: str) -> bool:
+    """Whether the module `name`, loaded from the source file `path`, is to be instrumented."""
+    return any(selection.selects(name, path) for selection in _selections)
 
 
 def instrumented_code(
@@ -131,25 +139,20 @@ def warn_once(about: str, message: str) -> None:
         logging.getLogger(__name__).warning("%s", message)
 
 
-def _advised(original: Callable[..., Any]) -> Callable[..., Any]:
-    """`original` with our advice around it; by hand, for wrapt takes longer to import than we."""
-
-    @functools.wraps(original)
-    def get_code(self: Any, *args: Any, **kwargs: Any) -> Any:
-        tracer = sys.gettrace()
-        if tracer is None:
-            code = _advice(self, *args, **kwargs)
-        else:  # a debugger has no business here
-            sys.settrace(None)
-            try:
-                code = _advice(self, *args, **kwargs)
-            finally:
-                sys.settrace(tracer)
-        if code is None:
-            return original(self, *args, **kwargs)
-        return code
-
-    return unseen(get_code)
+@unseen
+def _get_code(wrapped: Any, loader: Any, args: Any, kwargs: Any) -> Any:
+    tracer = sys.gettrace()
+    if tracer is None:
+        code = _advice(loader, *args, **kwargs)
+    else:  # a debugger has no business here
+        sys.settrace(None)
+        try:
+            code = _advice(loader, *args, **kwargs)
+        finally:
+            sys.settrace(tracer)
+    if code is None:
+        return wrapped(*args, **kwargs)
+    return code
 
 
 def _advice(loader: Any, fullname: str | None = None) -> CodeType | None:
@@ -157,7 +160,7 @@ def _advice(loader: Any, fullname: str | None = None) -> CodeType | None:
     try:
         name = fullname if fullname is not None else loader.name
         path = loader.get_filename(name)
-        if not any(selection.selects(name, path) for selection in _selections):
+        if not selects(name, path):
             return None
         if get_ident() in _importing:
             return None

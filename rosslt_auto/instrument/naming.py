@@ -26,7 +26,7 @@ def token(name: str) -> str:
 
 def module_tokens(module: str, path: str) -> str:
     """The dotted middle of the names for a module; a script goes by its file's name."""
-    if module in ("__main__", "__mp_main__"):
+    if module in ("__main__", "__mp_main__", "<run_path>"):
         module = os.path.splitext(os.path.basename(path))[0].replace(".", "_")
     return ".".join(token(part) for part in module.split("."))
 

@@ -13,6 +13,7 @@ import pytest
 
 from rosslt_auto.instrument import hook
 from rosslt_auto.instrument.selection import Selection
+from support.modules import write_modules
 
 ROOT = Path(__file__).parents[2]
 
@@ -51,10 +52,7 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callab
     hook.install(Selection(patterns=["under_test*"]))
 
     def write(**files: str) -> Path:
-        for name, text in files.items():
-            path = tmp_path.joinpath(*name.split("__")).with_suffix(".py")
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(textwrap.dedent(text))
+        write_modules(tmp_path, files)
         return tmp_path
 
     yield write
@@ -74,27 +72,45 @@ class Outcome:
 
 @pytest.fixture
 def both(tmp_path: Path) -> Callable[..., tuple[Outcome, Outcome]]:
-    """Runs a program plain and instrumented, in processes of their own."""
+    """Runs a program plain and instrumented, in processes of their own.
 
-    def run(*words: str, python: tuple[str, ...] = ()) -> tuple[Outcome, Outcome]:
-        plain = _start([sys.executable, *python, *words], tmp_path)
-        ours = _start([sys.executable, *python, "-c", _RUN, *words], tmp_path)
-        return _outcome(plain), _outcome(ours)
+    python   options of the interpreter
+    path     folders that are on its path as well
+    options  for `run`, which is then the command
+    input    what the program reads
+    """
+
+    def run(
+        *words: str,
+        python: tuple[str, ...] = (),
+        path: tuple[Path, ...] = (),
+        options: tuple[str, ...] | None = None,
+        input: str | None = None,
+    ) -> tuple[Outcome, Outcome]:
+        how = ["-c", _RUN] if options is None else ["-m", "rosslt_auto", "run", *options]
+        plain = _start([sys.executable, *python, *words], tmp_path, path)
+        ours = _start([sys.executable, *python, *how, *words], tmp_path, path)
+        return _outcome(plain, input), _outcome(ours, input)
 
     return run
 
 
-def _start(command: list[str], folder: Path) -> "subprocess.Popen[str]":
+def _start(command: list[str], folder: Path, path: tuple[Path, ...]) -> "subprocess.Popen[str]":
     return subprocess.Popen(
         command,
         cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": "0"},
+        env={
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join(map(str, (ROOT, *path))),
+            "PYTHONHASHSEED": "0",
+        },
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )
 
 
-def _outcome(process: "subprocess.Popen[str]") -> Outcome:
-    stdout, stderr = process.communicate(timeout=60)
+def _outcome(process: "subprocess.Popen[str]", input: str | None) -> Outcome:
+    stdout, stderr = process.communicate(input, timeout=60)
     return Outcome(process.returncode, stdout, stderr)

@@ -1,0 +1,71 @@
+"""Join point: what `runpy.run_path` compiles, which passes no loader.
+
+`runpy` is not imported here for a program that does without.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib.util import MAGIC_NUMBER
+from types import CodeType
+from typing import Any
+
+import wrapt
+
+from ..provenance.frames import unseen
+from ..provenance.imported import AfterImport
+
+_NAME = "_get_code_from_file"
+
+_waiting: list[AfterImport] = []
+_originals: list[Any] = []
+
+
+def install() -> None:
+    """Wraps the function as soon as `runpy` is imported. Idempotent."""
+    if not _waiting:
+        _waiting.append(AfterImport("runpy", _weave))
+
+
+def uninstall() -> None:
+    """The function is as it was, save where somebody else has wrapped it since."""
+    for one in _waiting:
+        one.cancel()
+    _waiting.clear()
+    runpy: Any = sys.modules.get("runpy")
+    if _originals and getattr(getattr(runpy, _NAME), "_self_wrapper", None) is _get_code:
+        setattr(runpy, _NAME, _originals.pop())
+
+
+def _weave() -> None:
+    runpy: Any = sys.modules["runpy"]
+    if hasattr(runpy, _NAME):
+        _originals[:] = [getattr(runpy, _NAME)]
+        wrapt.wrap_function_wrapper(runpy, _NAME, _get_code)
+
+
+@unseen
+def _get_code(wrapped: Any, instance: Any, args: Any, kwargs: Any) -> Any:
+    code = None if kwargs else _advice(args)
+    if code is None:
+        return wrapped(*args, **kwargs)
+    return (code, args[1]) if len(args) == 2 else code  # (name, path) before 3.13
+
+
+def _advice(args: tuple[Any, ...]) -> CodeType | None:
+    """Instrumented code, or None if the plain function is to be called. Raises nothing."""
+    from . import hook
+
+    try:
+        path = os.fsdecode(args[-1])
+        name = args[0] if len(args) == 2 else "<run_path>"
+        if not hook.selects(name, os.path.abspath(path)):
+            return None
+        with open(path, "rb") as file:
+            source = file.read()
+        if source.startswith(MAGIC_NUMBER):
+            return None
+        return hook.instrumented_or_none(name, path, source, cached=False)
+    except Exception:
+        return None  # whatever it is, the plain function meets it again
