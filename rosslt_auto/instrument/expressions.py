@@ -20,7 +20,7 @@ from .plain import (
     plain_texts,
     target_name,
 )
-from .walk import LOOSE, Binding, Walk, loosen
+from .walk import LOOSE, Binding, Parts, Walk, loosen
 
 
 class ExpressionWalk(Walk):
@@ -194,14 +194,22 @@ class ExpressionWalk(Walk):
                 self.expression(part.format_spec, None)
         if loose is None or self.plain_texts or self.remarks.is_off(node):
             return
-        if not can_be_noted(node):
+        if not self.can_note(node):
             return
         name = self.table + INTERPOLATIONS
-        parts, literals = interpolated(node, name, len(self.interpolations))
+        parts, literals = self.note(node, name, len(self.interpolations))
         self.interpolations.append(parts)
         if self.block is not None:
             self.block.names.add(name)
         self.expressions(literals, loose)
+
+    def can_note(self, node: ast.JoinedStr) -> bool:
+        """Whether an f-string is to know its pieces."""
+        return can_be_noted(node)
+
+    def note(self, node: Any, name: str, index: int) -> tuple[Parts, list[ast.Constant]]:
+        """Makes an f-string note its pieces; see `interpolations.interpolated`."""
+        return interpolated(node, name, index)
 
     EXPRESSIONS = {
         ast.Constant: _constant,

@@ -37,6 +37,11 @@ class Operations:
         self._noted: list[_Noted] = []
         self._integers: set[tuple[Scope | None, str]] = set()
 
+    @property
+    def nodes(self) -> list[Any]:
+        """The operators that have been noted."""
+        return [noted.node for noted in self._noted]
+
     def bound(self, target: ast.expr, value: ast.expr, scope: Scope) -> None:
         """Notes that a program binds a name or an attribute of its object to an int literal."""
         if type(_constant(value)) is not int:

@@ -79,7 +79,7 @@ class Rewriter(StatementWalk, ExpressionWalk):
                             node.end_col_offset or node.col_offset, found.repeated,
                             limits.get(node), node.lineno in remarks.frozen)
             )  # fmt: skip
-            _become_lookup(node, self.table, len(values))
+            become_lookup(node, self.table, len(values))
             values.append(found.value)
         self.operations.rewrite(self.table, values, self.module_scope, remarks.is_off)
         for call, block in self.calls:
@@ -116,7 +116,7 @@ class Rewriter(StatementWalk, ExpressionWalk):
         return call_helper(node, name) if name is not None else None
 
 
-def _become_lookup(node: Any, table: str, index: int) -> None:
+def become_lookup(node: Any, table: str, index: int) -> None:
     """Turns a literal in place into ``table[index]``: nobody needs to know its parent."""
     position = {
         "lineno": node.lineno,

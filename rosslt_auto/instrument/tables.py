@@ -26,10 +26,10 @@ PREFIX = "@rosslt."
 """What all our names begin with."""
 
 
-def publish(entry: Entry, source: bytes) -> None:
+def publish(entry: Entry, source: bytes | None) -> None:
     """Makes everything known that the code of a module needs to run, and registers its literals.
 
-    source  the content of the file that the code was made from
+    source  the content of the file that the code was made from, None if it is not there
     """
     arithmetic.publish()
     calls.publish()

@@ -4,12 +4,15 @@ import contextlib
 import io
 import sys
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 from textwrap import dedent
+from types import CodeType
 
 import pytest
 
 from rosslt_auto.instrument import hook
+from rosslt_auto.instrument.code_objects import instrumented_code_object
 
 PROGRAMS = {
     "order": """
@@ -198,6 +201,22 @@ PROGRAMS = {
             class B: z = [lambda: 1.5 for q in (1,)]
         print(A.xs, A.ys, A.B.z[0]())
     """,
+    "comprehensions": """
+        import sys
+        x = 5
+        ys = [x for x in range(3) if (lambda: x)() != 1]
+        locals(); sys._getframe().f_locals
+        class A:
+            k = 1
+            zs = [k * 2.0 for k in (1, 2)]
+            locals(); sys._getframe().f_locals
+            print(k, zs)
+        def f(a):
+            g = float(sum([float(b) for b in a], 0.5)) if a else sum([c for c in (1, 2)])
+            try: return [g, *[h for h in (0.5, 1.5)], max(g, *[1 / i for i in (1, 0)])]
+            except ZeroDivisionError as error: return error, sorted(locals()), list(locals())
+        print(x, ys, f([1, 2]), f([]), sorted(globals()))
+    """,
     "docstring": '''
         """The doc."""
         from __future__ import annotations
@@ -215,12 +234,21 @@ PROGRAMS = {
 }
 
 
-def _output(source: str, path: Path, instrument: bool) -> str:
+def _from_source(source: str, path: Path) -> CodeType:
+    return hook.instrumented_code("program", str(path), source.encode(), cached=False)
+
+
+def _plain(source: str, path: Path) -> CodeType:
+    return compile(source, str(path), "exec", dont_inherit=True)
+
+
+def _from_code(source: str, path: Path) -> CodeType:
+    return instrumented_code_object(_plain(source, path), "program")
+
+
+def _output(source: str, path: Path, make: Callable[[str, Path], CodeType]) -> str:
     path.write_text(source)
-    if instrument:
-        code = hook.instrumented_code("program", str(path), source.encode(), cached=False)
-    else:
-        code = compile(source, str(path), "exec", dont_inherit=True)
+    code = make(source, path)
     out = io.StringIO()
     namespace = {"__name__": "program", "__builtins__": __builtins__}
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
@@ -233,10 +261,11 @@ def _output(source: str, path: Path, instrument: bool) -> str:
     return out.getvalue()
 
 
+@pytest.mark.parametrize("way", [_from_source, _from_code], ids=["source", "code object"])
 @pytest.mark.parametrize("name", PROGRAMS)
-def test_same_output(name: str, tmp_path: Path) -> None:
+def test_same_output(name: str, way: Callable[[str, Path], CodeType], tmp_path: Path) -> None:
     source = dedent(PROGRAMS[name]).strip() + "\n"
     path = tmp_path / "program.py"
-    plain = _output(source, path, False)
+    plain = _output(source, path, _plain)
     assert plain
-    assert _output(source, path, True).splitlines() == plain.splitlines()
+    assert _output(source, path, way).splitlines() == plain.splitlines()
