@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from . import NO_ROS, say
@@ -13,21 +12,21 @@ if TYPE_CHECKING:
     import argparse
 
 
-@dataclass
-class Command:
+class Command:  # no dataclass: that takes long to import
     """A parsed command line of `run`.
 
     target     the script, or with `as_module` the module
     arguments  what belongs to the program
     """
 
-    target: str | None = None
-    as_module: bool = False
-    arguments: list[str] = field(default_factory=list)
-    modules: list[str] = field(default_factory=list)
-    excluded: list[str] = field(default_factory=list)
-    read_only: bool = False
-    show_rewritten: bool = False
+    def __init__(self) -> None:
+        self.target: str | None = None
+        self.as_module = False
+        self.arguments: list[str] = []
+        self.modules: list[str] = []
+        self.excluded: list[str] = []
+        self.read_only = False
+        self.show_rewritten = False
 
 
 class _Usage(Exception):

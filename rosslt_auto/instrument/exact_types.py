@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import functools
 import sys
+from collections.abc import Callable
 from typing import Any
-
-import wrapt
 
 from ..provenance.frames import unseen
 from ..provenance.imported import AfterImport
@@ -39,22 +38,25 @@ def uninstall() -> None:
     for one in _waiting:
         one.cancel()
     _waiting.clear()
-    for (module, name), original in list(_originals.items()):
-        there = getattr(sys.modules.get(module), name, None)
-        if getattr(there, "_self_wrapper", None) is _with_plain_arguments:
+    for (module, name), (original, ours) in list(_originals.items()):
+        if getattr(sys.modules.get(module), name, None) is ours:
             setattr(sys.modules[module], name, original)
         del _originals[module, name]
 
 
 def _weave(module: str) -> None:
     for name in FUNCTIONS[module]:
-        _originals[module, name] = getattr(sys.modules[module], name)
-        wrapt.wrap_function_wrapper(module, name, _with_plain_arguments)
+        original = getattr(sys.modules[module], name)
+        _originals[module, name] = original, _with_plain_arguments(original)
+        setattr(sys.modules[module], name, _originals[module, name][1])
 
 
-@unseen
-def _with_plain_arguments(function: Any, instance: Any, args: Any, kwargs: Any) -> Any:
-    return function(*_plain(args), **_plain(kwargs))
+def _with_plain_arguments(function: Callable[..., Any]) -> Callable[..., Any]:
+    @functools.wraps(function)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        return function(*_plain(args), **_plain(kwargs))
+
+    return unseen(call)
 
 
 def _plain(thing: Any) -> Any:

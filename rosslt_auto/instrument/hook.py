@@ -9,6 +9,7 @@ plain code comes from the plain function. Modules in zip archives have a join po
 
 from __future__ import annotations
 
+import functools
 import sys
 import zipimport
 from _thread import get_ident
@@ -16,8 +17,6 @@ from collections.abc import Callable
 from importlib.machinery import SourceFileLoader
 from types import CodeType
 from typing import Any
-
-import wrapt
 
 from ..provenance.frames import unseen
 from . import array_calls, cache, exact_types, run_path, tables
@@ -43,8 +42,9 @@ def install(selection: Selection) -> None:
     run_path.install()
     for loader in (_SourceLoader, zipimport.zipimporter):
         if loader not in _originals:
-            _originals[loader] = vars(loader)["get_code"]
-            wrapt.wrap_function_wrapper(loader, "get_code", _get_code)
+            original = vars(loader)["get_code"]
+            _originals[loader] = original, _advised(original)
+            loader.get_code = _originals[loader][1]  # type: ignore[attr-defined]
 
 
 def uninstall() -> None:
@@ -54,9 +54,8 @@ def uninstall() -> None:
     array_calls.uninstall()
     exact_types.uninstall()
     run_path.uninstall()
-    for loader, original in list(_originals.items()):
-        wrapper = vars(loader)["get_code"]
-        if getattr(wrapper, "_self_wrapper", None) is _get_code:
+    for loader, (original, ours) in list(_originals.items()):
+        if vars(loader)["get_code"] is ours:
             loader.get_code = original  # type: ignore[attr-defined]
             del _originals[loader]
 
@@ -139,20 +138,25 @@ def warn_once(about: str, message: str) -> None:
         logging.getLogger(__name__).warning("%s", message)
 
 
-@unseen
-def _get_code(wrapped: Any, loader: Any, args: Any, kwargs: Any) -> Any:
-    tracer = sys.gettrace()
-    if tracer is None:
-        code = _advice(loader, *args, **kwargs)
-    else:  # a debugger has no business here
-        sys.settrace(None)
-        try:
-            code = _advice(loader, *args, **kwargs)
-        finally:
-            sys.settrace(tracer)
-    if code is None:
-        return wrapped(*args, **kwargs)
-    return code
+def _advised(original: Callable[..., Any]) -> Callable[..., Any]:
+    """`original` with our advice around it; by hand, for wrapt takes longer to import than we."""
+
+    @functools.wraps(original)
+    def get_code(self: Any, *args: Any, **kwargs: Any) -> Any:
+        tracer = sys.gettrace()
+        if tracer is None:
+            code = _advice(self, *args, **kwargs)
+        else:  # a debugger has no business here
+            sys.settrace(None)
+            try:
+                code = _advice(self, *args, **kwargs)
+            finally:
+                sys.settrace(tracer)
+        if code is None:
+            return original(self, *args, **kwargs)
+        return code
+
+    return unseen(get_code)
 
 
 def _advice(loader: Any, fullname: str | None = None) -> CodeType | None:

@@ -5,13 +5,13 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import sys
+from collections.abc import Callable
 from importlib.util import MAGIC_NUMBER
 from types import CodeType
 from typing import Any
-
-import wrapt
 
 from ..provenance.frames import unseen
 from ..provenance.imported import AfterImport
@@ -34,23 +34,29 @@ def uninstall() -> None:
         one.cancel()
     _waiting.clear()
     runpy: Any = sys.modules.get("runpy")
-    if _originals and getattr(getattr(runpy, _NAME), "_self_wrapper", None) is _get_code:
-        setattr(runpy, _NAME, _originals.pop())
+    while _originals:
+        original, ours = _originals.pop()
+        if getattr(runpy, _NAME, None) is ours:
+            setattr(runpy, _NAME, original)
 
 
 def _weave() -> None:
     runpy: Any = sys.modules["runpy"]
     if hasattr(runpy, _NAME):
-        _originals[:] = [getattr(runpy, _NAME)]
-        wrapt.wrap_function_wrapper(runpy, _NAME, _get_code)
+        original = getattr(runpy, _NAME)
+        _originals[:] = [(original, _advised(original))]
+        setattr(runpy, _NAME, _originals[0][1])
 
 
-@unseen
-def _get_code(wrapped: Any, instance: Any, args: Any, kwargs: Any) -> Any:
-    code = None if kwargs else _advice(args)
-    if code is None:
-        return wrapped(*args, **kwargs)
-    return (code, args[1]) if len(args) == 2 else code  # (name, path) before 3.13
+def _advised(original: Callable[..., Any]) -> Callable[..., Any]:
+    @functools.wraps(original)
+    def get_code(*args: Any, **kwargs: Any) -> Any:
+        code = None if kwargs else _advice(args)
+        if code is None:
+            return original(*args, **kwargs)
+        return (code, args[1]) if len(args) == 2 else code  # (name, path) before 3.13
+
+    return unseen(get_code)
 
 
 def _advice(args: tuple[Any, ...]) -> CodeType | None:

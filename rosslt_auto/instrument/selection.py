@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from fnmatch import fnmatchcase
 
 _OWN = __name__.partition(".")[0]
 _NEVER = frozenset({"_pylong"})
@@ -79,6 +78,10 @@ class Selection:
 
     @staticmethod
     def _matches(name: str, patterns: tuple[str, ...]) -> bool:
+        if not patterns:
+            return False
+        from fnmatch import fnmatchcase  # not needed by most, and slow to import
+
         return any(fnmatchcase(name, pattern) for pattern in patterns)
 
     def with_folder(self, folder: str) -> Selection:

@@ -3,15 +3,21 @@
 Knows nothing of ROS or of how code is rewritten.
 """
 
+from __future__ import annotations
+
+import importlib
 import sys
 import types
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import strings  # gives TrackedStr its methods
 from .expressions import Provenance, provenance
-from .inversion import NotInvertible, Solution
 from .locations import Location, Source, SourceChangeRefused
 from .values import TrackedFloat, TrackedInt, TrackedStr, is_tracked, untracked
+
+if TYPE_CHECKING:
+    from .inversion import NotInvertible as NotInvertible
+    from .inversion import Solution as Solution
 
 __all__ = [
     "Location",
@@ -35,6 +41,12 @@ class _Callable(types.ModuleType):
 
     def __call__(self, value: Any) -> Provenance | None:
         return provenance(value)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in ("NotInvertible", "Solution"):  # those need much that a program does not
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(".inversion", __name__), name)
 
 
 sys.modules[__name__].__class__ = _Callable

@@ -31,6 +31,9 @@ QUIET = 1.5
 
 _DEPTH = 100
 
+_NOT_YET_KNOWN = "_NODE_NAME_UNKNOWN_"
+"""What rmw calls a node whose endpoints it has heard of before the node itself."""
+
 
 class CannotObserve(Exception):
     """A topic cannot be looked at; the message says why."""
@@ -209,6 +212,7 @@ class Observer:
         return {
             f"{info.node_namespace.rstrip('/')}/{info.node_name}"
             for info in self.node.get_subscriptions_info_by_topic(changes.TOPIC)
+            if info.node_name != _NOT_YET_KNOWN
         }
 
     def knows_node(self, name: str) -> bool:

@@ -114,14 +114,19 @@ def differs(place: Place) -> bool:
     )
 
 
+def given_by(place: Place) -> str | None:
+    """What gave a literal its value at start, for people; None if its file did."""
+    if place.given is None:
+        return None
+    where = {"-p": "-p on the command line", "": "-p or a parameter file"}
+    return f"given at start by {where.get(place.given, place.given)}"
+
+
 def where_given(place: Place) -> str:
     """Where a value lives that was given to a literal at start, for people."""
-    where = {"-p": "-p on the command line", "": "-p or a parameter file"}
-    origin = place.given or ""
     return (
-        f"{place.parameter} of {place.node} is {place.value!r} and not saved: it was given at start"
-        f" by {where.get(origin, origin)}, change it there ({place.file}:{place.line} has"
-        f" {place.first!r})"
+        f"{place.parameter} of {place.node} is {place.value!r} and not saved: it was"
+        f" {given_by(place)}, change it there ({place.file}:{place.line} has {place.first!r})"
     )
 
 
@@ -465,6 +470,7 @@ __all__ = [
     "Report",
     "Saver",
     "ViewSaver",
+    "given_by",
     "prepare",
     "selected",
     "where_given",

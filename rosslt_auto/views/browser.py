@@ -14,7 +14,7 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import viser
@@ -27,7 +27,7 @@ from rosslt_auto.provenance.values import untracked
 
 from . import panel
 from .dragging import Choice, Dragger, Refused, solve
-from .drawing import Drawing, node_name
+from .drawing import Drawing, linear, node_name
 from .geometry import Quaternion, Vector
 from .gizmos import Gizmos
 from .handles import Grip, Handle
@@ -44,6 +44,18 @@ _ORIGIN = 0.25
 _NOTE = 1.0
 """Seconds between two drawings of the scene, the code, and the origin; and two looks at sources."""
 
+
+class Camera(NamedTuple):
+    """Where people look from at first: positions in the fixed frame, the vertical angle in rad."""
+
+    position: Vector
+    look_at: Vector
+    field_of_view: float
+
+
+CAMERA = Camera((2.6, -5.2, 4.2), (0.6, 1.2, 1.3), 0.85)
+
+_ORANGE = (255, 120, 20)
 _MAX_GIZMOS = 40
 _AUTOMATIC = "automatic"
 
@@ -111,10 +123,16 @@ class Page:
         server = self._server
         server.gui.configure_theme(show_share_button=False, show_logo=False, control_width="medium")
         server.gui.set_panel_label("rosslt_auto")
-        server.scene.configure_default_lights(cast_shadow=False)
-        server.scene.add_grid("grid", width=20.0, height=20.0, plane="xy", cell_size=1.0)
-        server.initial_camera.position = (3.5, -4.5, 4.0)
-        server.initial_camera.look_at = (0.5, 1.0, 1.0)
+        server.scene.configure_default_lights(False)  # they make colours pale
+        server.scene.add_light_ambient("lights/all", intensity=1.3)
+        server.scene.add_light_directional("lights/sun", intensity=1.6, position=(-2.0, -3.0, 6.0))
+        server.scene.add_grid(
+            "grid", width=20.0, height=20.0, cell_size=1.0, cell_color=(225, 228, 232),
+            section_size=5.0, section_color=(190, 196, 204),
+        )  # fmt: skip
+        server.initial_camera.position = CAMERA.position
+        server.initial_camera.look_at = CAMERA.look_at
+        server.initial_camera.fov = CAMERA.field_of_view
         gui = server.gui
         window = gui.add_panel()
         with window.add_tab("Code"):
@@ -191,22 +209,22 @@ class Page:
             self._point_nodes.pop(key).remove()
             self._points.pop(key, None)
         for key, (item, handles) in points.items():
-            places = tuple(handle.position for handle in handles)
+            places = tuple(handle.spot.position for handle in handles)
             known = self._points.get(key)
-            if known is not None and known[0] == places:
-                continue
             node = self._point_nodes.get(key)
             if node is None or known is None or len(known[0]) != len(places):
                 node = self._server.scene.add_batched_meshes_simple(
                     f"points/{node_name(key)}", *_ball(),
                     batched_wxyzs=[(1.0, 0.0, 0.0, 0.0)] * len(places), batched_positions=places,
                     batched_scales=[_ball_size(item)] * len(places),
-                    batched_colors=(255, 140, 30), lod="off",
+                    batched_colors=linear(_ORANGE), lod="off", cast_shadow=False,
                 )  # fmt: skip
                 node.on_click(self._point_clicked(key))
                 self._point_nodes[key] = node
-            else:
+            elif known[0] != places:
                 node.batched_positions = np.array(places, dtype=np.float32)
+            frame = handles[0].spot.frame  # the same for all points of an item
+            node.position, node.wxyz = frame.position, frame.rotation
             self._points[key] = (places, handles)
 
     def _point_clicked(self, key: str) -> Any:
@@ -242,7 +260,11 @@ class Page:
         self._undo.disabled = not session.can_undo
         self._save.disabled = session.saver is None or not session.listing.changed()
         unshown = [*session.scene.problems.items(), *self._drawing.problems.items()]
-        others = [*session.listing.errors(), *(f"{key}: {why}" for key, why in unshown)]
+        others = [
+            *session.listing.errors(),
+            *(f"{node} has ended" for node in sorted(session.listing.ended)),
+            *(f"{key}: {why}" for key, why in unshown),
+        ]
         problem = self._problem or next(iter(others), "")
         if self._message.visible != bool(problem):
             self._message.visible = bool(problem)

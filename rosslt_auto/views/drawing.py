@@ -117,6 +117,13 @@ def _rgb(colour: Iterable[float]) -> tuple[int, int, int]:
     return (r, g, b)
 
 
+def linear(colour: Any) -> Any:
+    """Colours of batched meshes: viser hands them on as light, not as sRGB like all others."""
+    part = np.asarray(colour, dtype=float) / 255.0
+    light = np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
+    return np.round(255.0 * light).astype(np.uint8)
+
+
 def _opacity(shape: Shape) -> float | None:
     alpha = min(max(shape.colour[3], 0.0), 1.0)
     return None if alpha == 1.0 else alpha
@@ -166,7 +173,7 @@ def _solids(kind: int) -> Callable[[Any, str, Shape], Any]:
             faces,
             batched_wxyzs=np.tile((1.0, 0.0, 0.0, 0.0), (count, 1)),
             batched_positions=np.array(shape.points).reshape(count, 3),
-            batched_colors=_point_colours(shape),
+            batched_colors=linear(_point_colours(shape)),
             opacity=_opacity(shape),
             lod="off",
         )

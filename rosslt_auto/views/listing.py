@@ -27,6 +27,8 @@ class Literal:
     first  the value in the source file, None if nobody said so
     line, column   from 1 and from 0 (in UTF-8, as in Python's ast); None where there is no file
     frozen  the node lets nobody change it
+    given   where the value lives if it was given to the literal at start, else None
+    in_data whether it stands in a data file, which follows every change, and not in a program
     """
 
     node: str
@@ -38,10 +40,18 @@ class Literal:
     first: Any
     value: Any
     frozen: bool = False
+    given: str | None = None
+    in_data: bool = False
+
+    @property
+    def differs(self) -> bool:
+        """Whether the value is not the one in the file."""
+        return not self.in_data and self.first is not None and self.first != self.value
 
     @property
     def changed(self) -> bool:
-        return self.first is not None and self.first != self.value
+        """Whether somebody has changed it, and it could be saved."""
+        return self.differs and self.given is None
 
 
 @dataclass(frozen=True)
@@ -77,6 +87,7 @@ class Listing:
         self._files: dict[str, tuple[Any, _Text | None]] = {}
         self._errors: dict[str, tuple[Any, dict[int, str]]] = {}
         self._weights: dict[Name, int] = {}
+        self._ended: frozenset[str] = frozenset()
         self.revision = 0
 
     def place(self, literal: Literal) -> None:
@@ -127,9 +138,18 @@ class Listing:
         return self._known.get((source.node or "", source.parameter))
 
     def frozen(self, source: Source) -> bool:
-        """Whether the node is known to let nobody change it."""
+        """Whether the node is known to let nobody change it, or to be no more."""
         found = self.get(source)
-        return found is not None and found.frozen
+        return source.node in self._ended or (found is not None and found.frozen)
+
+    @property
+    def ended(self) -> frozenset[str]:
+        """The nodes that are no more: nobody can change anything of them."""
+        return self._ended
+
+    @ended.setter
+    def ended(self, nodes: Iterable[str]) -> None:
+        self._ended = frozenset(nodes)
 
     def literals(self) -> list[Literal]:
         """All of them."""
@@ -137,7 +157,7 @@ class Listing:
             return list(self._known.values())
 
     def changed(self) -> list[Literal]:
-        """Those whose value is not the one in the file."""
+        """Those that somebody has changed and that could be saved."""
         return [one for one in self.literals() if one.changed]
 
     # Files
@@ -181,7 +201,7 @@ class Listing:
         weights: dict[str, int] = {}
         for literal in self.literals():
             weight = self._weights.get((literal.node, literal.parameter), 0)
-            if literal.line is None or not (weight or literal.changed):
+            if literal.line is None or not (weight or literal.differs):
                 continue
             assert literal.file is not None
             by_file.setdefault(literal.file, []).append(literal)

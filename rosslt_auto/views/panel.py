@@ -24,6 +24,7 @@ STYLE = """<style>
 .rosslt .gap { color: #8c959f; padding-left: 8px; display: block; }
 .rosslt mark { background: #dbeafe; color: inherit; border-radius: 3px; padding: 0 2px; }
 .rosslt mark.changed { background: #fde68a; font-weight: 600; }
+.rosslt mark.given { background: #e9d5ff; font-weight: 600; }
 .rosslt mark.live { background: #f97316; color: #fff; }
 .rosslt s { color: #8c959f; margin-right: 2px; }
 .rosslt .error { background: #fee2e2; }
@@ -94,11 +95,14 @@ def _line(file: SourceFile, n: int, live: Collection[tuple[str, str]]) -> str:
 def _mark(one: Marked, text: str, live: Collection[tuple[str, str]]) -> str:
     literal = one.literal
     written = html.escape(text[one.start : one.end])
-    title = html.escape(f"{literal.parameter} of {literal.node}", quote=True)
+    title = f"{literal.parameter} of {literal.node}"
+    if literal.given is not None:
+        title += f", {literal.given}"
+    title = html.escape(title, quote=True)
     is_live = (literal.node, literal.parameter) in live
-    if not (literal.changed or is_live):
+    if not (literal.differs or is_live):
         return f'<mark title="{title}">{written}</mark>'
-    kind = "live" if is_live else "changed"
+    kind = "live" if is_live else "changed" if literal.changed else "given"
     now = html.escape(number(literal.value))
     return f'<s>{written}</s><mark class="{kind}" title="{title}">{now}</mark>'
 
@@ -124,7 +128,16 @@ def origin(title: str, rows: Sequence[tuple[str, Any, str, Sequence[tuple[Litera
                 f"<td>{html.escape(number(literal.value))}</td>"
                 f"<td>{html.escape(place)}</td>"
                 f"<td>{html.escape(literal.text or literal.parameter)}<br>"
-                f"<span class=dim>{html.escape(literal.node)}</span></td></tr>"
+                f"<span class=dim>{html.escape(_lives(literal))}</span></td></tr>"
             )
         parts.append("</table>")
     return _page("".join(parts))
+
+
+def _lives(literal: Literal) -> str:
+    """Whose it is, and where its value lives if that is not where the literal stands."""
+    if literal.given is not None:
+        return f"{literal.node}, {literal.given}"
+    if literal.in_data:
+        return f"{literal.node}, in a file that follows every change"
+    return literal.node

@@ -17,6 +17,7 @@ from rosslt_auto.provenance.locations import Source, source_of
 from rosslt_auto.provenance.values import untracked
 from rosslt_auto.ros.client import Change, ChangeRefused, NoAnswer, Place, change_of
 from rosslt_auto.ros.observer import CannotObserve, Observer, TopicSubscription, full_name
+from rosslt_auto.ros.saving import given_by
 
 from . import shapes
 from .dragging import Changed, Choice, Drag, Dragger
@@ -119,8 +120,11 @@ class Session:
         self.topics[topic] = type_name
 
     def _ask_nodes(self) -> None:
+        seen: set[str] = set()
         while not self._ended.is_set():
             nodes = self._observer.nodes_with_locations()
+            seen |= nodes
+            self._note_ended(seen - nodes)
             for node in nodes:
                 try:
                     places = self._observer.parameters.places(node, TIMEOUT)
@@ -133,6 +137,11 @@ class Session:
                 self._observer.parameters.prepare(nodes)
             self.listing.look()
             self._ended.wait(_ASK)
+
+    def _note_ended(self, nodes: set[str]) -> None:
+        if nodes != self.listing.ended:
+            self.listing.ended = nodes
+            self.handles.forget()
 
     def _on_event(self, event: Any) -> None:
         for parameter in event.changed_parameters:
@@ -243,7 +252,8 @@ class Session:
 def _literal(place: Place) -> Literal:
     return Literal(
         place.node, place.parameter, place.file, place.line, place.column, place.text,
-        place.first, place.value, place.read_only,
+        place.first, place.value, frozen=place.read_only or place.frozen,
+        given=given_by(place), in_data=place.file is not None and place.content is None,
     )  # fmt: skip
 
 

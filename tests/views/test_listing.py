@@ -71,6 +71,22 @@ def test_a_new_value_is_shown_beside_the_old_text(listing: Listing, file: Path) 
     assert 'class="live"' in panel.code(listing, {("/node", "height")})
 
 
+@pytest.mark.parametrize("why", [{"given": "given at start by -p"}, {"in_data": True}])
+def test_what_was_given_at_start_or_stands_in_data_is_not_to_be_saved(
+    listing: Listing, file: Path, why: dict[str, Any]
+) -> None:
+    listing.place(literal(file, 1, 9, "height", first=1.5, value=2.25, **why))
+    assert listing.changed() == []
+    html = panel.code(listing)
+    assert 'class="changed"' not in html
+    assert ('<mark class="given" title="height of /node, given at start by -p">2.25<' in html) == (
+        "given" in why
+    )
+    rows = [("x", 2.25, "height", [(one, False) for one in listing.literals()])]
+    assert ("given at start by -p" in panel.origin("", rows)) == ("given" in why)
+    assert ("follows every change" in panel.origin("", rows)) == ("in_data" in why)
+
+
 def test_nothing_of_a_file_becomes_html(listing: Listing) -> None:
     assert "<b>" not in panel.code(listing)
     assert "&lt;b&gt;" in panel.code(listing)
@@ -137,3 +153,10 @@ def test_nodes_that_let_nobody_change_anything(listing: Listing, file: Path) -> 
     assert not listing.frozen(one)
     listing.place(literal(file, 1, 9, "height", first=1.5, value=1.5, frozen=True))
     assert listing.frozen(one)
+
+
+def test_nodes_that_are_no_more(listing: Listing, file: Path) -> None:
+    listing.ended = {"/node"}
+    assert listing.frozen(source(file, 1, 9, "height"))
+    listing.ended = set()
+    assert not listing.frozen(source(file, 1, 9, "height"))
