@@ -27,7 +27,7 @@ class ExpressionWalk(Walk):
     """Visits of expressions. Those not listed at the end, also later Pythons', stay plain."""
 
     def _constant(self, node: ast.Constant, binding: Binding) -> None:
-        if binding is not None and can_be_tracked(node.value):
+        if binding is not None and (can_be_tracked(node.value) or id(node) in self.truths):
             self.literal(node, node.value, binding)
 
     def _unary(self, node: ast.UnaryOp, binding: Binding) -> None:

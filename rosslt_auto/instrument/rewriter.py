@@ -17,6 +17,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 from ..provenance.locations import LiteralInfo
+from ..provenance.truth_sites import TruthSites
 from .call_sites import MATH_CALLS, array_helper, call_helper, file_helper, root_name
 from .expressions import ExpressionWalk
 from .naming import Scope, parameter_names
@@ -52,6 +53,7 @@ def rewrite(
     if remarks is not None and remarks.everything:
         return Rewritten(warnings=tuple(remarks.warnings))
     walk = Rewriter(scope, table, remarks)
+    walk.truths.update(map(id, TruthSites(tree).literals))
     walk.module(tree)
     return walk.finish(reserved)
 

@@ -86,6 +86,7 @@ class Walk:
         self.enums: set[str] = set()
         self.displays = 0
         self.plain_texts = False
+        self.truths: set[int] = set()  # ids of True and False that may get into messages
         self.interpolations: list[Parts] = []
         self.math_modules = {"math"}
         self.called_names = {name: name for name in BUILTIN_CALLS}

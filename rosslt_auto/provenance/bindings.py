@@ -14,8 +14,8 @@ import sys
 import types
 import weakref
 from collections import deque
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 from .locations import instrumented_files, instrumented_modules
 from .values import is_tracked
@@ -40,9 +40,30 @@ def _is_root(thing: Any) -> bool:
         return False
 
 
-def replace_everywhere(replace: Replace) -> None:
+class Rebinding(NamedTuple):
+    """A truth value to be replaced where it is bound; it does not tell where it came from.
+
+    module, owner, name  an attribute of objects of a class of a module; owner None: the module's
+    """
+
+    module: str
+    owner: str | None
+    name: str
+    old: bool
+    new: bool
+
+    def apply(self, names: dict[str, Any], put: Callable[[str, Any], None]) -> None:
+        if names.get(self.name) is self.old:
+            put(self.name, self.new)
+
+
+def replace_everywhere(replace: Replace, truths: Sequence[Rebinding] = ()) -> None:
     """Puts ``replace(value)`` in place of every tracked value that the program has a name for."""
-    walk = _Walk(replace)
+    walk = _Walk(replace, truths)
+    for one in truths:
+        module = sys.modules.get(one.module)
+        if one.owner is None and module is not None:
+            one.apply(module.__dict__, module.__dict__.__setitem__)
     for name in instrumented_modules() | {"__main__"}:
         module = sys.modules.get(name)
         if module is not None:
@@ -86,8 +107,9 @@ def _is_below(frame: types.FrameType, innermost: types.FrameType) -> bool:
 class _Walk:
     """One walk over everything that can be reached; each object is visited once."""
 
-    def __init__(self, replace: Replace) -> None:
+    def __init__(self, replace: Replace, truths: Sequence[Rebinding] = ()) -> None:
         self.replace = replace
+        self.truths = [one for one in truths if one.owner is not None]
         self.modules = instrumented_modules() | {"__main__"}
         self.seen = {id(vars(builtins))}  # in every namespace; the tables of literals are there
         self.keep: list[Any] = []  # what was visited lives until the end: ids stay unique
@@ -187,7 +209,13 @@ class _Walk:
             if new is not value:
                 cell.cell_contents = new
 
+    def _rebind(self, cls: type, names: Any, put: Callable[[str, Any], None]) -> None:
+        for one in self.truths:
+            if any(c.__name__ == one.owner and c.__module__ == one.module for c in cls.__mro__):
+                one.apply(names, put)
+
     def _visit_class(self, cls: type) -> None:
+        self._rebind(cls, vars(cls), functools.partial(type.__setattr__, cls))
         for name, value in list(vars(cls).items()):
             if isinstance(value, (staticmethod, classmethod)):
                 self.visit(value.__func__)
@@ -208,6 +236,7 @@ class _Walk:
             return
         names = getattr(thing, "__dict__", None)
         if type(names) is dict:
+            self._rebind(cls, names, names.__setitem__)
             self._visit_dict(names)
         for base in cls.__mro__:
             slots = base.__dict__.get("__slots__", ())

@@ -8,6 +8,7 @@ entries are the literals' current values, each a leaf of the expression graph.
 
 from __future__ import annotations
 
+import ast
 import linecache
 import math
 import os
@@ -18,6 +19,8 @@ from typing import Any, NamedTuple
 
 from .limits import Limits
 from .operators import LITERAL, SOURCE
+from .truth_sites import Bound, TruthSites
+from .truths import truth_leaf
 from .values import is_tracked, leaf, literal_leaf, settle
 
 INT64 = range(-(2**63), 2**63)
@@ -188,7 +191,8 @@ class Location(Source):
     @property
     def leaf(self) -> Any:
         # Not counted as an execution, see `_CountingTable`.
-        return list.__getitem__(self.literals.table, self.index)
+        held = list.__getitem__(self.literals.table, self.index)
+        return self.literals.truth(self.index, held) if type(held) is bool else held
 
     @property
     def value(self) -> Any:
@@ -234,6 +238,7 @@ class Literals:
 
     name     of its table
     source   what was loaded, None if nobody said so; `content` is its fingerprint
+    loaded   the same, even if the file has been saved with other values since
     """
 
     def __init__(
@@ -251,7 +256,7 @@ class Literals:
         self.file = file
         self.values = values
         self.describe = describe
-        self.source = source
+        self.source = self.loaded = source
         self._content: str | None = None
         self._lines: list[str] | None = None
         self._publishers = {name: publish}
@@ -259,6 +264,9 @@ class Literals:
         self.counts: list[int] | None = None
         self._infos: list[LiteralInfo] | None = None
         self._locations: dict[int, Location] = {}
+        self._truths: dict[tuple[int, bool], Any] = {}
+        self._sites: TruthSites | None = None
+        self._indices: dict[tuple[int, int], int] | None = None
 
     @property
     def content(self) -> str | None:
@@ -328,6 +336,38 @@ class Literals:
         if found is None:
             found = self._locations.setdefault(index, Location(self, index, self.infos[index]))
         return found
+
+    def truth(self, index: int, value: bool) -> Any:
+        """The leaf of a truth value; the table has the plain value, which the program gets."""
+        key = index, value
+        found = self._truths.get(key)
+        if found is None:
+            found = self._truths.setdefault(key, truth_leaf(value, LITERAL, self, index))
+        return found
+
+    def bound(self, index: int) -> Bound | None:
+        """What the truth value at an index is bound to, if that is known."""
+        for place, bound in self.truth_sites.bound.items():
+            if self.index_at(place) == index:
+                return bound
+        return None
+
+    def index_at(self, place: tuple[int, int]) -> int | None:
+        """The index of the literal that stood at a (line, column) when the module was loaded."""
+        if self._indices is None:
+            self._indices = {(i.line, i.column): at for at, i in enumerate(self.describe())}
+        return self._indices.get(place)
+
+    @property
+    def truth_sites(self) -> TruthSites:
+        """Where truth values of the module get into messages."""
+        if self._sites is None:
+            try:
+                tree = ast.parse(self.loaded or b"")
+            except (SyntaxError, ValueError, RecursionError):
+                tree = ast.Module([], [])
+            self._sites = TruthSites(tree)
+        return self._sites
 
     def known_locations(self) -> Iterator[Location]:
         yield from list(self._locations.values())

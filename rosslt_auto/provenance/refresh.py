@@ -9,14 +9,14 @@ the first change.
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from . import bindings
 from .accumulation import held_operands
 from .expressions import is_leaf, operands, topological
 from .external import change_all
-from .locations import Source, source_of
+from .locations import Location, Source, source_of
 from .values import is_tracked, record, untracked
 
 any_change = False
@@ -32,15 +32,27 @@ def apply(changes: Mapping[Source, Any]) -> None:
     Raises SourceChangeRefused, nothing changed, if one cannot be.
     """
     checked = {source: source.check(value) for source, value in changes.items()}
+    truths = [one for source, value in checked.items() for one in _rebindings(source, value)]
     change_all(checked)
-    follow()
+    follow(truths)
 
 
-def follow() -> None:
+def follow(truths: Sequence[bindings.Rebinding] = ()) -> None:
     """Lets everything that is bound to a value follow sources that have been changed already."""
     global any_change
     any_change = True
-    bindings.replace_everywhere(refreshed)
+    bindings.replace_everywhere(refreshed, truths)
+
+
+def _rebindings(source: Source, value: Any) -> list[bindings.Rebinding]:
+    """What is bound to a truth value that stands in the program, if that is executed once."""
+    if source.kind != "bool" or not isinstance(source, Location) or source.repeated:
+        return []
+    bound = source.literals.bound(source.index)
+    old: bool = source.value
+    if bound is None or old is value:
+        return []
+    return [bindings.Rebinding(source.literals.module, *bound, old, value)]
 
 
 def refreshed(value: Any) -> Any:

@@ -25,12 +25,16 @@ from rosidl_parser.definition import (
 
 from ..provenance.elements import READERS, any_tracked
 from ..provenance.operators import DEFERRED, OPERATORS
+from ..provenance.truths import TrackedBool
 from ..provenance.values import TrackedFloat, TrackedInt, TrackedStr, deferred, is_tracked
+from . import flags
 from .header import Header, HeaderError, Outline
 
 FLOATS = frozenset({"float", "double", "long double"})
 INTEGERS = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
-_BYTES = frozenset({"int8", "uint8"})
+TRUTH = "boolean"
+_PLAIN_ELEMENTS = frozenset({"int8", "uint8", TRUTH})
+"""Types of which sequences are plain: they are data (images, maps, texts), or have no place."""
 
 LONG = 4096
 """Longer sequences are data (images, clouds): their elements are plain."""
@@ -54,7 +58,9 @@ class Tracked(NamedTuple):
 
     def put(self, value: Any) -> None:
         """Puts another value in its place."""
-        if type(self.slot) is not int:
+        if type(self.value) is TrackedBool:
+            flags.replace(self.owner, self.slot, value)
+        elif type(self.slot) is not int:
             setattr(self.owner, self.slot, value)
         elif type(self.owner) is not tuple:
             self.owner[self.slot] = value
@@ -97,13 +103,13 @@ def trackable(message_type: type) -> bool:
 def trackable_type(kind: Any) -> bool:
     """Whether values of a field of this type, or below it, can be tracked."""
     if isinstance(kind, BasicType):
-        return kind.typename in FLOATS or kind.typename in INTEGERS
+        return kind.typename in FLOATS or kind.typename in INTEGERS or kind.typename == TRUTH
     if isinstance(kind, AbstractGenericString):
         return True
     if isinstance(kind, AbstractNestedType):
         kind = kind.value_type
         if not isinstance(kind, NamespacedType):
-            return trackable_type(kind) and getattr(kind, "typename", "") not in _BYTES
+            return trackable_type(kind) and getattr(kind, "typename", "") not in _PLAIN_ELEMENTS
     return isinstance(kind, NamespacedType) and trackable(message_class(kind))
 
 
@@ -149,6 +155,8 @@ def _generate(message_type: type) -> Collector:
         "elements": _elements,
         "scalar": _scalar,
         "strings": _strings,
+        "truths": _truths,
+        "Flags": flags.Flags,
         "Tracked": tuple.__new__,  # without the detour through NamedTuple's own __new__
         "Cls": Tracked,
         "deviating": _deviating,
@@ -171,9 +179,15 @@ class _Source:
     def add(self, message_type: type, owner: str, prefix: str, depth: int) -> None:
         """prefix: beginning of the path, as the inside of an f-string."""
         indent = " " * depth
+        kinds = [member.type for member in members(message_type)]
+        if any(getattr(kind, "typename", "") == TRUTH for kind in kinds):
+            self.lines += [
+                f"{indent}if type({owner}.{flags.SLOT}) is Flags:",
+                f"{indent} truths({_literal(prefix)}, {owner}, found)",
+            ]
         for member in members(message_type):
             kind = member.type
-            if not trackable_type(kind):
+            if not trackable_type(kind) or getattr(kind, "typename", "") == TRUTH:
                 continue
             self.variables += 1
             value = f"v{self.variables}"
@@ -253,6 +267,14 @@ def _strings(path: str, held: Any, found: list[Tracked]) -> None:
                 found.append(Tracked(f"{path}[{index}]", element, held, index))
 
 
+def _truths(prefix: str, message: Any, found: list[Tracked]) -> None:
+    """The truth values of a message itself."""
+    for slot in message._check_fields.leaves:
+        leaf = flags.leaf_of(message, slot)
+        if leaf is not None:
+            found.append(Tracked(prefix + slot[1:], leaf, message, slot))
+
+
 def _literal(path: str) -> str:
     return f'f"{path}"' if "{" in path else f'"{path}"'
 
@@ -293,7 +315,10 @@ def attach(message: Any, header: Header) -> None:
             if not received and str(received) != str(sent):  # the two zeros
                 continue
             if leaf is not None:
-                setattr(owner, slot, leaf)
+                if kind is bool:
+                    flags.put(owner, slot, leaf)
+                else:
+                    setattr(owner, slot, leaf)
                 continue
             expand = partial(_expanded, header, number)
         elif kind is not float:

@@ -21,10 +21,10 @@ The outline is ``[names, sources, slots, fields]``:
 names     strings that sources refer to by index: names of nodes and files
 sources   each ``[node, parameter, kind, hint, named, file, line, column, text]``: node and file
           are indices of `names` or nil (no node owns it yet; it stands in no file); parameter is
-          the name of the ROS parameter; kind is "float", "int" or "str"; hint is the name to
-          show, or nil for the last token of parameter; named is a boolean: bound to a name in the
-          program, not just an operand; line counts from 1, column from 0; text is the source line
-          or nil. A tenth entry says what changes are allowed: ``false`` none (the literal is
+          the name of the ROS parameter; kind is "float", "int", "str" or "bool"; hint is the name
+          to show, or nil for the last token of parameter; named is a boolean: bound to a name in
+          the program, not just an operand; line counts from 1, column from 0; text is the source
+          line or nil. A tenth entry says what changes are allowed: ``false`` none (the literal is
           frozen), ``[low, high, step]`` numbers of this range (step nil: any of them)
 slots     the nodes of all expressions, operands before what is computed from them:
           ``[source, value]``  a leaf: index of its source, and the value that it had, which does
@@ -38,7 +38,8 @@ fields    each ``[shared, rest, slot]``: the slot that a field of the message go
           path before it in this list, followed by `rest`.
 
 Values are MessagePack floats (64 bits), integers or strings, and the difference matters; plain
-ones may be nil, too. Integers beyond 64 bits are extension type 1: two's complement, big endian.
+ones may be nil, too, and those of leaves true or false. Integers beyond 64 bits are extension type
+1: two's complement, big endian.
 The names of the operators are those of `provenance.operators.OPERATORS`.
 
 Whoever reads a header must take it for hostile: `decode` raises HeaderError for anything that is
@@ -282,7 +283,7 @@ def _source(described: Any, names: list[str]) -> Source:
     if node_name is not None and not _NODE_NAME.fullmatch(node_name):
         raise HeaderError("not the name of a node")
     file_name = None if file is None else names[_index(file, len(names))]
-    if kind not in ("float", "int", "str") or type(named) is not bool:
+    if kind not in ("float", "int", "str", "bool") or type(named) is not bool:
         raise HeaderError("unknown kind of source")
     _string(parameter)
     for string in (hint, text):
@@ -336,7 +337,7 @@ def _add_slot(outline: Outline, depths: list[int], slot: Any, sources: list[Sour
     if type(slot) is not list or len(slot) < 2:
         raise HeaderError("a slot is neither nil nor an array")
     if type(slot[0]) is not str:
-        if len(slot) != 2 or type(slot[1]) not in (float, int, str):
+        if len(slot) != 2 or type(slot[1]) not in (float, int, str, bool):
             raise HeaderError("a leaf is not an array of 2")
         depths.append(0)
         outline.slots.append(_leaf_of(sources[_index(slot[0], len(sources))], slot[1]))

@@ -18,7 +18,7 @@ from rosidl_parser.definition import AbstractNestedType, Array, BasicType, Names
 from ..provenance import arrays, sequences
 from ..provenance.elements import READERS, any_tracked
 from ..provenance.frames import unseen
-from . import fields
+from . import fields, flags
 
 _FEW = 64
 """Fixed-size arrays up to this one (covariances, matrices) note what is assigned to elements."""
@@ -33,6 +33,7 @@ def weave(message_type: type) -> None:
         return
     replaced = _plain[message_type] = {}
     names = []
+    truths = []
     for member in fields.members(message_type):
         kind = member.type
         below = kind.value_type if isinstance(kind, AbstractNestedType) else kind
@@ -45,6 +46,12 @@ def weave(message_type: type) -> None:
             and isinstance(vars(message_type).get(member.name), property)
         ):
             names.append((member.name, isinstance(kind, Array)))
+        elif getattr(kind, "typename", "") == fields.TRUTH:
+            truths.append(member.name)
+    for name in truths:
+        plain = replaced[name] = vars(message_type)[name]
+        setter = flags.setter(message_type, name, plain.fset)
+        setattr(message_type, name, property(plain.fget, setter, plain.fdel, plain.__doc__))
     for name, fixed in names:
         plain = replaced[name] = vars(message_type)[name]
         setter = _setter(plain.fset, "_" + name, fixed)

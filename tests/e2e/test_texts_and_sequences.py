@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from geometry_msgs.msg import PoseWithCovariance
 from sensor_msgs.msg import JointState
-from std_msgs.msg import String
+from std_msgs.msg import Bool, String
 
 from support.observer import Observer
 from support.process import DATA, Outcome, rosslt_auto, start
@@ -73,3 +73,14 @@ def test_an_element_is_forced(arm: Arm) -> None:
 def test_an_element_of_a_fixed_array_is_forced(arm: Arm) -> None:
     assert arm.force("/pose", "covariance[7]=1.0") == {f"{PREFIX}.Arm.init.variance": 0.5}
     arm.poses.until(lambda message: message.covariance[0] == 0.5, 0)
+
+
+def test_a_truth_value_is_forced(arm: Arm) -> None:
+    flags: Any = arm.observer.record(Bool, "ready")
+    assert arm.force("/ready", "data=false") == {f"{PREFIX}.Arm.init.ready": False}
+    flags.until(lambda message: not message.data, 0)
+    assert arm.observer.get("/arm", f"{PREFIX}.Arm.init.ready") is False
+    assert (
+        "-        self.ready = True\n+        self.ready = False"
+        in arm.cli("save", "--diff").stdout
+    )

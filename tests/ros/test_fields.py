@@ -156,7 +156,7 @@ def test_a_failure_in_the_middle_keeps_what_was_found() -> None:
 @pytest.mark.parametrize(
     ("cls", "expected"),
     [(Pose, True), (Image, True), (Int32, True), (MarkerArray, True), (PoseWithCovariance, True),
-     (String, True), (Empty, False), (Bool, False), (DiagnosticStatus, True)],
+     (String, True), (Empty, False), (Bool, True), (DiagnosticStatus, True)],
 )  # fmt: skip
 def test_types_whose_values_can_be_tracked(cls: type, expected: bool) -> None:
     assert trackable(cls) is expected

@@ -16,7 +16,7 @@ from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from rclpy.serialization import deserialize_message, serialize_message
-from std_msgs.msg import Bool, Float64, Header, Int32, String, UInt8MultiArray
+from std_msgs.msg import Empty, Float64, Header, Int32, String, UInt8MultiArray
 
 from rosslt_auto.provenance import Source, is_tracked, refresh
 from rosslt_auto.provenance.values import leaf
@@ -253,7 +253,7 @@ def test_infrastructure_and_hidden_topics_have_none(nodes: Nodes, observer: Obse
     node = nodes.node()
     for name in ("/rosout", "/clock", "_hidden", "a/_b/c"):
         assert headers_of(node.create_publisher(Float64, name, 10)) is None
-    assert headers_of(node.create_publisher(Bool, "switches", 10)) is None
+    assert headers_of(node.create_publisher(Empty, "switches", 10)) is None
     shown = [p.topic for p in node.publishers if headers_of(p) is not None]
     assert shown == []
 

@@ -8,7 +8,7 @@ import rclpy
 from geometry_msgs.msg import PoseWithCovariance
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
-from std_msgs.msg import String
+from std_msgs.msg import Bool, String
 
 LABEL = "battery"
 
@@ -20,9 +20,11 @@ class Arm(Node):
         self.angle = 0.5
         self.names = ["shoulder", "elbow"]
         self.variance = 0.25
+        self.ready = True
         self.texts = self.create_publisher(String, "chatter", 10)
         self.joints = self.create_publisher(JointState, "joints", 10)
         self.poses = self.create_publisher(PoseWithCovariance, "pose", 10)
+        self.flags = self.create_publisher(Bool, "ready", 10)
         self.create_subscription(String, "chatter", self.heard, 10)
         self.count = 0
         self.create_timer(0.1, self.tick)
@@ -31,6 +33,10 @@ class Arm(Node):
         message = String()
         message.data = f"{LABEL} {self.n:d} of 10"
         self.texts.publish(message)
+
+        flag = Bool()
+        flag.data = self.ready
+        self.flags.publish(flag)
 
         joints = JointState(name=self.names, velocity=(x * self.angle for x in (1, 2)))
         joints.header.frame_id = "base" + "_link"
