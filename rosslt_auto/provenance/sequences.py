@@ -34,7 +34,7 @@ class _PlainArrayType(type):
 class TrackedBuffer(_array, metaclass=_PlainArrayType):
     """An ``array.array`` with provenance.
 
-    _nodes  for each element a tracked number of its value, or None
+    _nodes  for each element a tracked number of its value, or None; empty: none has provenance
 
     The content may be changed behind our back, through the buffer: an element whose value is not
     the one of its node has no provenance any more.
@@ -48,12 +48,17 @@ class TrackedBuffer(_array, metaclass=_PlainArrayType):
     # ---- reading
 
     def __getitem__(self, key: Any) -> Any:
+        if not self._nodes:
+            return _array.__getitem__(self, untracked(key))
         found = _array.__getitem__(self, untracked(key))
         if type(key) is slice:
             return _made(found, self._current()[key])
         return _checked(self._current()[untracked(key)], found)
 
     def __iter__(self) -> Iterator[Any]:
+        return self._items() if self._nodes else _array.__iter__(self)
+
+    def _items(self) -> Iterator[Any]:
         index = 0
         while index < len(self):
             yield self[index]
@@ -63,11 +68,16 @@ class TrackedBuffer(_array, metaclass=_PlainArrayType):
         return (self[index] for index in range(len(self) - 1, -1, -1))
 
     def tolist(self) -> list[Any]:
+        if not self._nodes:
+            return _array.tolist(self)
         return list(map(_checked, self._current(), _array.tolist(self)))
 
     # ---- changing
 
     def __setitem__(self, key: Any, value: Any) -> None:
+        if not self._nodes and type(key) is not slice and not is_tracked(value):
+            _array.__setitem__(self, untracked(key), value)
+            return
         nodes = self._current()
         if type(key) is slice:
             given = _given(value)
@@ -84,6 +94,9 @@ class TrackedBuffer(_array, metaclass=_PlainArrayType):
         del nodes[untracked(key)]
 
     def append(self, value: Any) -> None:
+        if not self._nodes and not is_tracked(value):
+            _array.append(self, value)
+            return
         nodes = self._current()
         _array.append(self, untracked(value))
         nodes.append(_node(value, _array.__getitem__(self, -1)))
@@ -157,7 +170,9 @@ class TrackedBuffer(_array, metaclass=_PlainArrayType):
         return self
 
     def __copy__(self) -> Any:
-        return _made(_array.__copy__(self), list(self._current()))
+        made = TrackedBuffer(self.typecode, _array.tobytes(self))
+        made._nodes = list(self._nodes)
+        return made
 
     def __deepcopy__(self, memo: Any) -> Any:
         return self.__copy__()
@@ -272,7 +287,7 @@ def trackable(plain_array: Any) -> Any:
     if type(plain_array) is not _array or plain_array.typecode not in _NUMBERS:
         return plain_array
     made = TrackedBuffer(plain_array.typecode, plain_array.tobytes())
-    made._nodes = [None] * len(made)
+    made._nodes = []
     return made
 
 
@@ -283,7 +298,7 @@ def with_elements(plain_array: Any, nodes: Sequence[Any]) -> Any:
 
 def elements(buffer: Any) -> list[Any] | None:
     """All elements, tracked where they have provenance; None if none has any."""
-    if type(buffer) is not TrackedBuffer:
+    if type(buffer) is not TrackedBuffer or not buffer._nodes:
         return None
     found = buffer.tolist()
     return found if any_tracked(found) else None
@@ -292,6 +307,8 @@ def elements(buffer: Any) -> list[Any] | None:
 def replace_elements(buffer: Any, replace: Callable[[Any], Any]) -> bool:
     """Puts ``replace(element)`` in place of every tracked element; whether one was another."""
     changed = False
+    if not buffer._nodes:
+        return changed
     for index, element in enumerate(buffer.tolist()):
         if is_tracked(element):
             new = replace(element)
@@ -304,7 +321,8 @@ def replace_elements(buffer: Any, replace: Callable[[Any], Any]) -> bool:
 def make(*args: Any, **keywords: Any) -> Any:
     """``array.array(typecode, items)`` in instrumented code."""
     if len(args) != 2 or keywords or type(args[0]) is not str:
-        return _array(*args, **keywords)
+        found = _array(*args, **keywords)
+        return found if len(found) else trackable(found)  # to be filled
     typecode, items = args
     if isinstance(items, (str, bytes, bytearray, _array)) or not isinstance(items, Iterable):
         return shadow(typecode, _array(typecode, items), items)

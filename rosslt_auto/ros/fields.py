@@ -62,7 +62,7 @@ class Tracked(NamedTuple):
             flags.replace(self.owner, self.slot, value)
         elif type(self.slot) is not int:
             setattr(self.owner, self.slot, value)
-        elif type(self.owner) is not tuple:
+        else:
             self.owner[self.slot] = value
 
 
@@ -211,7 +211,7 @@ class _Source:
             elif isinstance(kind.value_type, AbstractGenericString):
                 self.lines += [
                     f"{indent}if {value}:",
-                    f"{indent} strings({_literal(path)}, {value}, found)",
+                    f"{indent} strings({_literal(path)}, {value}, {owner}, {member.slot!r}, found)",
                 ]
             elif not isinstance(kind.value_type, NamespacedType):
                 self.lines += [
@@ -259,12 +259,28 @@ def _elements(path: str, held: Any, found: list[Tracked]) -> None:
             found.append(Tracked(f"{path}[{index}]", element, held, index))
 
 
-def _strings(path: str, held: Any, found: list[Tracked]) -> None:
+class _Items:
+    """The items of a tuple in a slot of a message; putting one in makes another tuple."""
+
+    def __init__(self, message: Any, slot: str) -> None:
+        self.message = message
+        self.slot = slot
+
+    def __getitem__(self, index: int) -> Any:
+        return getattr(self.message, self.slot)[index]
+
+    def __setitem__(self, index: int, value: Any) -> None:
+        items = getattr(self.message, self.slot)
+        setattr(self.message, self.slot, (*items[:index], value, *items[index + 1 :]))
+
+
+def _strings(path: str, held: Any, message: Any, slot: str, found: list[Tracked]) -> None:
     """The elements of a sequence of strings."""
     if (type(held) is list or type(held) is tuple) and len(held) <= LONG and any_tracked(held):
+        owner: Any = held if type(held) is list else _Items(message, slot)
         for index, element in enumerate(held):
             if type(element) is TrackedStr:
-                found.append(Tracked(f"{path}[{index}]", element, held, index))
+                found.append(Tracked(f"{path}[{index}]", element, owner, index))
 
 
 def _truths(prefix: str, message: Any, found: list[Tracked]) -> None:

@@ -26,6 +26,9 @@ INFRASTRUCTURE = frozenset({"/rosout", "/parameter_events", "/clock", "/rosslt/s
 _MIN_DEPTH = 32
 _KEEP_ALL_DEPTH = 1000
 
+_installed: set[str] = set()
+"""Kinds of entities; messages are woven as long as there is one."""
+
 _log = logging.getLogger(__name__)
 
 
@@ -57,10 +60,15 @@ class WovenHandles:
         if not self._join_points:
             self._join_points.advise(Node, self._method, self._create_advice)
             setattr(_rclpy, self._kind, self._handle)
+            _installed.add(self._kind)
+            sequences.install()
 
     def uninstall(self) -> None:
         """Takes the advice off; entities that were made in between become plain."""
         self._join_points.restore()
+        _installed.discard(self._kind)
+        if not _installed:
+            sequences.uninstall()
         if getattr(_rclpy, self._kind) is self._handle:
             setattr(_rclpy, self._kind, self._plain)
         for handle in list(self.connected):
@@ -82,8 +90,7 @@ class WovenHandles:
             return
         topic = handle.get_topic_name()
         if has_headers(entity.msg_type, topic):
-            # A subscription's too: what is received is changed and published again.
-            sequences.weave(entity.msg_type)
+            sequences.weave(entity.msg_type)  # if it was not imported as others are
             handle.headers = self._connect(node, entity, topic)
             self.connected.add(handle)
 

@@ -21,7 +21,7 @@ from std_msgs.msg import UInt8MultiArray
 from ..provenance import refresh
 from ..provenance.locations import Source
 from ..provenance.values import is_tracked
-from . import fields, header, sequences, serving
+from . import fields, header, serving
 from .encoding import Encoder
 from .handles import WovenHandles, header_qos
 
@@ -191,12 +191,6 @@ def _headers(node: Node, publisher: Any, topic: str) -> HeaderPublisher:
 
 woven = WovenHandles("create_publisher", "Publisher", _Handle, _headers)
 install = woven.install
-
-
-def uninstall() -> None:
-    """Takes the advice off; publishers that were made in between become plain."""
-    woven.uninstall()
-    sequences.uninstall()
-
+uninstall = woven.uninstall
 
 __all__ = ["HeaderPublisher", "install", "uninstall"]

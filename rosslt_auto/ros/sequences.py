@@ -1,14 +1,16 @@
 """Sequences of numbers in messages: fields that remember where their elements came from.
 
 rosidl's setters make an ``array.array`` or a numpy array of what is assigned, which holds bare
-numbers. Join points: `__init__` and the setters of such fields, of the message types that a node
-publishes or subscribes. The plain setter does the work, with its checks and its errors; what it has
-made is replaced by the same array with provenance where an element has some.
+numbers. Join points: `__init__` and the setters of such fields, and of truth values (`flags`), in
+all message types that a program imports. The plain setter does the work, with its checks and its
+errors; what it has made is replaced by the same array with provenance where an element has some.
 """
 
 from __future__ import annotations
 
 import array
+import logging
+import re
 from collections.abc import Callable, Sequence, Set
 from typing import Any
 
@@ -19,12 +21,54 @@ from ..provenance import arrays, sequences
 from ..provenance.elements import READERS, any_tracked
 from ..provenance.frames import unseen
 from . import fields, flags
+from .imports import AfterImports
 
 _FEW = 64
 """Fixed-size arrays up to this one (covariances, matrices) note what is assigned to elements."""
 
 _array = array.array
+_log = logging.getLogger(__name__)
 _plain: dict[type, dict[str, Any]] = {}
+
+
+def install() -> None:
+    """Weaves the message types that are imported, and those that will be."""
+    _imported.install()
+
+
+def uninstall() -> None:
+    """Makes all message types plain again."""
+    _imported.uninstall()
+    for message_type, replaced in _plain.items():
+        for name, plain in replaced.items():
+            setattr(message_type, name, plain)
+    _plain.clear()
+
+
+_GENERATED = re.compile(r"(\w+)\.(msg|srv|action)\._\w+")
+_INFRASTRUCTURE = frozenset(
+    {"action_msgs", "builtin_interfaces", "lifecycle_msgs", "rcl_interfaces", "rosgraph_msgs",
+     "service_msgs", "type_description_interfaces", "unique_identifier_msgs"}
+)  # fmt: skip
+"""Packages of the client library's own messages, which it makes by the thousand."""
+
+
+def _is_generated(name: str) -> bool:
+    """Whether a module of this name defines messages of programs."""
+    match = _GENERATED.fullmatch(name)
+    return match is not None and match[1] not in _INFRASTRUCTURE
+
+
+def _weave_module(module: Any) -> None:
+    for thing in list(vars(module).values()):
+        if isinstance(thing, type) and thing.__module__ == module.__name__:
+            try:
+                weave(thing)
+            except Exception as error:
+                _log.warning("no provenance in sequences of %s: %r", thing.__name__, error)
+
+
+_imported = AfterImports(_is_generated, _weave_module)
 
 
 def weave(message_type: type) -> None:
@@ -32,42 +76,33 @@ def weave(message_type: type) -> None:
     if message_type in _plain or not fields.is_message_type(message_type):
         return
     replaced = _plain[message_type] = {}
-    names = []
-    truths = []
+    slots = {}
     for member in fields.members(message_type):
         kind = member.type
         below = kind.value_type if isinstance(kind, AbstractNestedType) else kind
+        plain: Any = vars(message_type).get(member.name)
         if isinstance(below, NamespacedType):
             weave(fields.message_class(below))
-        elif (
-            isinstance(kind, AbstractNestedType)
-            and isinstance(below, BasicType)
-            and fields.trackable_type(kind)
-            and isinstance(vars(message_type).get(member.name), property)
-        ):
-            names.append((member.name, isinstance(kind, Array)))
-        elif getattr(kind, "typename", "") == fields.TRUTH:
-            truths.append(member.name)
-    for name in truths:
-        plain = replaced[name] = vars(message_type)[name]
-        setter = flags.setter(message_type, name, plain.fset)
-        setattr(message_type, name, property(plain.fget, setter, plain.fdel, plain.__doc__))
-    for name, fixed in names:
-        plain = replaced[name] = vars(message_type)[name]
-        setter = _setter(plain.fset, "_" + name, fixed)
-        setattr(message_type, name, property(plain.fget, setter, plain.fdel, plain.__doc__))
-    given = frozenset(name for name, fixed in names if not fixed)
-    if given:
+            continue
+        if not isinstance(plain, property) or not isinstance(below, BasicType):
+            continue
+        if below is not kind:
+            if not fields.trackable_type(kind):
+                continue
+            fixed = isinstance(kind, Array)
+            setter = _setter(plain.fset, member.slot, fixed)  # type: ignore[arg-type]
+            if not fixed:
+                slots[member.name] = member.slot
+        elif below.typename == fields.TRUTH:
+            setter = flags.setter(message_type, member.name, plain.fset)  # type: ignore[arg-type]
+        else:
+            continue
+        replaced[member.name] = plain
+        made = property(plain.fget, setter, plain.fdel, plain.__doc__)
+        setattr(message_type, member.name, made)
+    if slots:
         replaced["__init__"] = message_type.__init__  # type: ignore[misc]
-        message_type.__init__ = _init(message_type.__init__, given)  # type: ignore[misc]
-
-
-def uninstall() -> None:
-    """Makes all message types plain again."""
-    for message_type, replaced in _plain.items():
-        for name, plain in replaced.items():
-            setattr(message_type, name, plain)
-    _plain.clear()
+        message_type.__init__ = _init(message_type.__init__, slots)  # type: ignore[misc]
 
 
 def _setter(plain: Callable[[Any, Any], None], slot: str, fixed: bool) -> Callable[..., None]:
@@ -78,8 +113,7 @@ def _setter(plain: Callable[[Any, Any], None], slot: str, fixed: bool) -> Callab
         kind = type(value)
         if kind is _array or kind is np.ndarray:
             plain(message, value)
-            if fixed or not len(value):
-                after(message, slot, value)
+            after(message, slot, value)
             return
         value, original = _readable(value)
         plain(message, value)
@@ -107,14 +141,16 @@ def _readable(value: Any) -> tuple[Any, Any]:
 
 
 def _after(message: Any, slot: str, original: Any) -> None:
+    """Gives a slot's array, which the plain setter or constructor has made, its provenance."""
     held = getattr(message, slot)
-    if type(held) is _array:
-        if len(held):
-            shadow = sequences.shadow(held.typecode, held, original)
-            if shadow is not held:
-                setattr(message, slot, shadow)
-        else:
-            setattr(message, slot, sequences.trackable(held))  # to be appended to
+    # The program's own array stays that; a constructor's has come through the setter already.
+    if type(held) != _array or held is original:  # noqa: E721  (equal: TrackedBuffer)
+        return
+    shadow = sequences.shadow(held.typecode, held, original) if len(held) else held
+    if type(shadow) is _array and len(held) <= fields.LONG:
+        shadow = sequences.trackable(held)  # for what is assigned and appended later
+    if shadow is not held:
+        setattr(message, slot, shadow)
 
 
 def _after_fixed(message: Any, slot: str, original: Any) -> None:
@@ -130,21 +166,23 @@ def _after_fixed(message: Any, slot: str, original: Any) -> None:
         setattr(message, slot, arrays.trackable(held))
 
 
-def _init(plain: Callable[..., None], names: frozenset[str]) -> Callable[..., None]:
-    """Around a constructor, which makes an array of a keyword before its setter sees it."""
+def _init(plain: Callable[..., None], slots: dict[str, str]) -> Callable[..., None]:
+    """Around a constructor, which makes arrays before their setters see what was given for them.
+
+    slots  of the fields that are sequences of numbers, by name
+    """
 
     @unseen
     def __init__(message: Any, *args: Any, **keywords: Any) -> None:
-        given = names.intersection(keywords)
-        if not given:
-            plain(message, *args, **keywords)
-            return
         originals = {}
-        for name in given:
-            keywords[name], originals[name] = _readable(keywords[name])
+        if keywords:
+            for name in slots:
+                if name in keywords:
+                    keywords[name], originals[name] = _readable(keywords[name])
         plain(message, *args, **keywords)
-        for name, original in originals.items():
-            _after(message, "_" + name, original)
+        for name, slot in slots.items():
+            if name in originals or type(getattr(message, slot)) is _array:
+                _after(message, slot, originals.get(name))
 
     __init__.__doc__ = plain.__doc__
     __init__.__qualname__ = plain.__qualname__
@@ -153,4 +191,4 @@ def _init(plain: Callable[..., None], names: frozenset[str]) -> Callable[..., No
     return __init__
 
 
-__all__ = ["uninstall", "weave"]
+__all__ = ["install", "uninstall", "weave"]
