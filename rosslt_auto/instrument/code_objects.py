@@ -23,25 +23,23 @@ Code objects are taken apart and put together with the library `bytecode`.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from types import CodeType
-from typing import Any
 
 from .errors import NotInstrumented
 from .naming import Scope, module_scope
 from .tables import PREFIX, publish
 
 
-def instrumented_code_object(code: CodeType, module: str) -> CodeType:
+def instrumented_code_object(code: CodeType, module: str, scope: Scope | None = None) -> CodeType:
     """The code of a module's body, made to produce tracked values; its literals are registered.
 
-    module  dotted name, for the names of its locations
+    module  dotted name
+    scope   under which its locations are named; None: that of the module
 
     Code that is instrumented already is given back as it is. Raises NotInstrumented.
     """
-    from .code_walk import rewrite_code  # takes long to import, and most programs do without
-
-    return _instrumented(code, module, rewrite_code)
+    return _instrumented(code, module, "rewrite_code", scope)
 
 
 def instrumented_function_code(code: CodeType, module: str) -> CodeType:
@@ -49,15 +47,13 @@ def instrumented_function_code(code: CodeType, module: str) -> CodeType:
 
     Its defaults have been computed and stay plain; those of functions in it are tracked.
     """
-    from .code_walk import rewrite_function
-
-    return _instrumented(code, module, rewrite_function)
+    return _instrumented(code, module, "rewrite_function")
 
 
-def instrumented_or_same(code: CodeType, module: str) -> CodeType:
+def instrumented_or_same(code: CodeType, module: str, scope: Scope | None = None) -> CodeType:
     """As `instrumented_code_object`; where that fails, says so once and gives `code` as it is."""
     try:
-        return instrumented_code_object(code, module)
+        return instrumented_code_object(code, module, scope)
     except NotInstrumented as error:
         from .hook import say_once  # which has code without source as one of its ways
 
@@ -66,16 +62,18 @@ def instrumented_or_same(code: CodeType, module: str) -> CodeType:
 
 
 def _instrumented(
-    code: CodeType, module: str, rewrite: Callable[[CodeType, Scope, str], Any]
+    code: CodeType, module: str, rewriting: str, scope: Scope | None = None
 ) -> CodeType:
     if is_instrumented(code):
         return code
-    from .weaving import entry_of
-
     path = code.co_filename
-    table = f"{PREFIX}{module}.{_fingerprint(code)}"
+    scope = scope or module_scope(module, path)
+    table = f"{PREFIX}{scope.path}.{_fingerprint(code)}"
     try:
-        made, rewritten = rewrite(code, module_scope(module, path), table)
+        from . import code_walk  # takes long to import, and most programs do without
+        from .weaving import entry_of
+
+        made, rewritten = getattr(code_walk, rewriting)(code, scope, table)
         entry = entry_of(module, path, table, made, rewritten)
     except Exception as error:
         raise NotInstrumented(f"{type(error).__name__}: {error}") from error

@@ -4,7 +4,8 @@ files gets its code.
 Finders, loaders and module specs stay everybody's own, so that editable installs,
 ``spec_from_file_location``, `runpy` and other import hooks work as ever. The advice gives
 instrumented code for selected modules; for all others, and whenever instrumenting fails, the
-plain code comes from the plain function. Modules in zip archives have a join point of their own.
+plain code comes from the plain function. Modules in zip archives and those without source have
+join points of their own.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import sys
 import zipimport
 from _thread import get_ident
 from collections.abc import Callable
-from importlib.machinery import SourceFileLoader
+from importlib.machinery import BYTECODE_SUFFIXES, SourceFileLoader, SourcelessFileLoader
 from types import CodeType
 from typing import Any
 
@@ -24,6 +25,8 @@ from .errors import NotParsed
 from .selection import Selection
 
 _SourceLoader = next(cls for cls in SourceFileLoader.__mro__ if "get_code" in vars(cls))
+_WITHOUT_SOURCE = (zipimport.zipimporter, SourcelessFileLoader)
+"""Loaders of modules that may exist as ``.pyc`` only."""
 
 _selections: list[Selection] = []
 _originals: dict[type, Any] = {}
@@ -40,7 +43,7 @@ def install(selection: Selection) -> None:
     array_calls.install()
     exact_types.install()
     run_path.install()
-    for loader in (_SourceLoader, zipimport.zipimporter):
+    for loader in (_SourceLoader, *_WITHOUT_SOURCE):
         if loader not in _originals:
             original = vars(loader)["get_code"]
             _originals[loader] = original, _advised(original)
@@ -143,20 +146,46 @@ def _advised(original: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(original)
     def get_code(self: Any, *args: Any, **kwargs: Any) -> Any:
-        tracer = sys.gettrace()
-        if tracer is None:
-            code = _advice(self, *args, **kwargs)
-        else:  # a debugger has no business here
-            sys.settrace(None)
-            try:
-                code = _advice(self, *args, **kwargs)
-            finally:
-                sys.settrace(tracer)
+        code = _untraced(_advice, self, *args, **kwargs)
         if code is None:
-            return original(self, *args, **kwargs)
+            code = original(self, *args, **kwargs)
+            if isinstance(self, _WITHOUT_SOURCE):
+                return _untraced(_rewritten, code, self, *args, **kwargs)
         return code
 
     return unseen(get_code)
+
+
+@unseen
+def _untraced(advice: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+    tracer = sys.gettrace()
+    if tracer is None:
+        return advice(*args, **kwargs)
+    sys.settrace(None)  # a debugger has no business here
+    try:
+        return advice(*args, **kwargs)
+    finally:
+        sys.settrace(tracer)
+
+
+def _rewritten(code: Any, loader: Any, fullname: str | None = None) -> Any:
+    """Code that was loaded without its source, instrumented if it is to be. Raises nothing."""
+    try:
+        name = fullname if fullname is not None else loader.name
+        path = loader.get_filename(name)
+        if not path.endswith(BYTECODE_SUFFIXES[0]) or not selects(name, path):
+            return code
+        if get_ident() in _importing:
+            return code
+        _importing.add(get_ident())
+        try:
+            from .code_objects import instrumented_or_same
+
+            return instrumented_or_same(code, name)
+        finally:
+            _importing.discard(get_ident())
+    except Exception:
+        return code
 
 
 def _advice(loader: Any, fullname: str | None = None) -> CodeType | None:
@@ -168,10 +197,10 @@ def _advice(loader: Any, fullname: str | None = None) -> CodeType | None:
             return None
         if get_ident() in _importing:
             return None
+        if path.endswith(BYTECODE_SUFFIXES[0]):
+            return None
         source = loader.get_data(path)
         if isinstance(loader, zipimport.zipimporter):
-            if not path.endswith(".py"):
-                return None
             return instrumented_or_none(name, path, source, cached=False)
         if compiles_plainly(type(loader)):
             return instrumented_or_none(name, path, source)

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import functools
+import marshal
 import os
 import sys
 from collections.abc import Callable
@@ -71,7 +72,9 @@ def _advice(args: tuple[Any, ...]) -> CodeType | None:
         with open(path, "rb") as file:
             source = file.read()
         if source.startswith(MAGIC_NUMBER):
-            return None
+            from .code_objects import instrumented_or_same
+
+            return instrumented_or_same(marshal.loads(memoryview(source)[16:]), name)
         return hook.instrumented_or_none(name, path, source, cached=False)
     except Exception:
         return None  # whatever it is, the plain function meets it again

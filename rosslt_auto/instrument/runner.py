@@ -159,7 +159,10 @@ def _null_byte(source: bytes, path: str) -> SyntaxError:
 def _code_in(content: bytes) -> CodeType:
     if content[:4] != importlib.util.MAGIC_NUMBER:
         raise RuntimeError("Bad magic number in .pyc file")
-    return marshal.loads(memoryview(content)[16:])
+    code = marshal.loads(memoryview(content)[16:])
+    from .code_objects import instrumented_or_same
+
+    return instrumented_or_same(code, "__main__")
 
 
 # ---------------------------------------------------------------- how it ends
