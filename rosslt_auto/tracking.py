@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterable
 from typing import TypeVar
 
-from .instrument import hook, live, tables
+from .instrument import hook, live, subinterpreters, tables
 from .instrument.selection import Selection
 from .provenance import bindings, untracked
 from .ros import weave
@@ -33,6 +33,8 @@ def tracked_module(thing: T) -> T:
     Raises TypeError for anything but a class, a function or a module. Code whose source cannot be
     found, or is not what was loaded, stays plain, which is said once.
     """
+    if subinterpreters.refuses():
+        return thing
     _weave_ros()
     live.instrument(thing, sys._getframe(1).f_code.co_filename)
     return thing
@@ -43,6 +45,8 @@ def install(modules: Iterable[str] = (), exclude: Iterable[str] = ()) -> None:
 
     modules, exclude  patterns of dotted names as for ``run --module`` and ``--exclude``
     """
+    if subinterpreters.refuses():
+        return
     _weave_ros()
     hook.install(Selection(patterns=modules, excludes=exclude))
 

@@ -48,11 +48,14 @@ def main(words: Sequence[str]) -> int:
 
         return rewritten.show(command)
 
-    from rosslt_auto.instrument import runner
+    from rosslt_auto import processes
+    from rosslt_auto.instrument import runner, subinterpreters
     from rosslt_auto.instrument.selection import Selection
     from rosslt_auto.ros import weave
 
     weave.prepare(command.arguments, read_only=command.read_only)
+    subinterpreters.install()
+    processes.install(command.arguments, command.read_only)
     status = runner.run(
         command.target,
         command.arguments,

@@ -19,6 +19,9 @@ from ..provenance.values import PlainType
 FUNCTIONS: dict[str, tuple[str, ...]] = {
     "_socket": ("getaddrinfo",),  # of a port number: "Int or String expected"
     "marshal": ("dump", "dumps"),  # "unmarshallable object"
+    # To a subinterpreter, where everything runs plain: "does not support cross-interpreter data"
+    "_xxsubinterpreters": ("run_string", "channel_send"),
+    "_xxinterpchannels": ("send",),
 }
 """Join points: functions by the module that has them."""
 
@@ -46,9 +49,10 @@ def uninstall() -> None:
 
 def _weave(module: str) -> None:
     for name in FUNCTIONS[module]:
-        original = getattr(sys.modules[module], name)
-        _originals[module, name] = original, _with_plain_arguments(original)
-        setattr(sys.modules[module], name, _originals[module, name][1])
+        original = getattr(sys.modules[module], name, None)
+        if original is not None:  # not all versions have all of them
+            _originals[module, name] = original, _with_plain_arguments(original)
+            setattr(sys.modules[module], name, _originals[module, name][1])
 
 
 def _with_plain_arguments(function: Callable[..., Any]) -> Callable[..., Any]:

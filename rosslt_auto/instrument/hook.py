@@ -63,8 +63,13 @@ def uninstall() -> None:
             del _originals[loader]
 
 
+def selections() -> tuple[Selection, ...]:
+    """What is instrumented now."""
+    return tuple(_selections)
+
+
 def selects(name: str, path: str) -> bool:
-    """Whether the module `name`, loaded from the source file `path`, is to be instrumented."""
+    """Whether the module `name`, loaded from the source file `path`, is instrumented."""
     return any(selection.selects(name, path) for selection in _selections)
 
 

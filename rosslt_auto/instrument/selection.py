@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from typing import Any
 
 _OWN = __name__.partition(".")[0]
 _NEVER = frozenset({"_pylong"})
@@ -52,6 +53,10 @@ class Selection:
             f"Selection(patterns={self.patterns}, excludes={self.excludes}, "
             f"folder={self.folder!r}, package={self.package!r})"
         )
+
+    def parts(self) -> tuple[Any, ...]:
+        """What it is made of."""
+        return self.patterns, self.excludes, self.folder, self.package
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Selection) and vars(self) == vars(other)

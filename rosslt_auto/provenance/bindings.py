@@ -8,7 +8,6 @@ objects, containers, and local variables of functions that are running.
 from __future__ import annotations
 
 import builtins
-import ctypes
 import functools
 import sys
 import types
@@ -279,6 +278,8 @@ class _Walk:
                 names[name] = new
                 changed = True
         if changed and sys.version_info < (3, 13):  # from there on f_locals writes through, PEP 667
+            import ctypes  # slow to import, and not there in subinterpreters
+
             ctypes.pythonapi.PyFrame_LocalsToFast(ctypes.py_object(frame), ctypes.c_int(0))
 
 

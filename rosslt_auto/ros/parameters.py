@@ -13,6 +13,7 @@ destroyed; `rclpy.parameter_service.ParameterService` where it lists.
 from __future__ import annotations
 
 import logging
+import os
 import threading
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -126,6 +127,15 @@ def release(node: Any) -> None:
         locations = _owned.pop(node, None)
         if locations is not None:
             _disown(locations)
+
+
+def _forked() -> None:
+    """In a forked process: its literals belong to no node of its parent, and nobody has the lock
+    that another thread may have had."""
+    global _lock
+    _lock = threading.RLock()
+    for node in list(_owned):
+        release(node)
 
 
 def _disown(locations: Owned) -> None:
@@ -368,6 +378,7 @@ def _destroy_advice(wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
 # ---------------------------------------------------------------- weaving
 
 _points = JoinPoints()
+os.register_at_fork(after_in_child=_forked)
 
 
 def install() -> None:

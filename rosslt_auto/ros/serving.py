@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import atexit
 import logging
+import os
 import threading
 import time
 import weakref
@@ -350,6 +351,18 @@ def _wait_advice(wrapped: Any, executor: Any, args: Any, kwargs: Any) -> Any:
         return wrapped(*args, **kwargs)
     finally:
         server.end_spin(executor)
+
+
+def _forked() -> None:
+    """In a forked process there is no thread of ours: it begins anew with the next location."""
+    global _server, _pending_lock
+    atexit.unregister(_server.stop)
+    _server = _Server()
+    _pending_lock = threading.Lock()
+    pending.clear()
+
+
+os.register_at_fork(after_in_child=_forked)
 
 
 def _watch(node: Any) -> None:

@@ -1,5 +1,6 @@
 """Locations as parameters of a node: for clients, for the program, and who owns them."""
 
+import os
 import threading
 from collections.abc import Iterator
 from typing import Any
@@ -73,6 +74,18 @@ def test_the_next_publisher_owns_what_a_destroyed_node_owned(domain: int, table:
     with node_in(domain, "second", namespace="/a") as second:
         parameters.own(second, location)
         assert location.node == "/a/second"
+
+
+@pytest.mark.filterwarnings("ignore:.*multi-threaded:DeprecationWarning")
+def test_in_a_forked_process_no_node_owns_it(domain: int, table: Table) -> None:
+    location = table.location("count")
+    with node_in(domain, "parent") as node:
+        parameters.own(node, location)
+        process = os.fork()
+        if not process:
+            os._exit(0 if location.node is None and not parameters.owned(node) else 1)
+        assert os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) == 0
+        assert location.node == "/parent"
 
 
 def test_a_node_that_is_collected_owns_nothing(domain: int, table: Table) -> None:
