@@ -7,3 +7,7 @@ class NotParsed(Exception):
 
 class NotInstrumented(Exception):
     """Plain Python accepts it, but it could not be rewritten or compiled; the message says why."""
+
+
+class NotNow(Exception):
+    """The module is one of those that the rewriter needs, and is only just being imported."""

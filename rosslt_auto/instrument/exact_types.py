@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import sys
 from collections.abc import Callable
+from operator import is_
 from typing import Any
 
 from ..provenance.frames import unseen
@@ -63,17 +64,18 @@ def _with_plain_arguments(function: Callable[..., Any]) -> Callable[..., Any]:
     return unseen(call)
 
 
+@unseen
 def _plain(thing: Any) -> Any:
     """A value without anything tracked in it; as it is if there is nothing."""
     kind = type(thing)
     if type(kind) is PlainType:
         return thing._v
     if kind is dict:
-        made = [(_plain(key), _plain(value)) for key, value in thing.items()]
-        same = all(a is c and b is d for (a, b), (c, d) in zip(thing.items(), made, strict=True))
-        return thing if same else dict(made)
+        plain = [*map(_plain, thing), *map(_plain, thing.values())]
+        if all(map(is_, [*thing, *thing.values()], plain)):
+            return thing
+        return dict(zip(plain[: len(thing)], plain[len(thing) :], strict=True))
     if kind is tuple or kind is list or kind is set or kind is frozenset:
-        plain = [_plain(item) for item in thing]
-        same = all(a is b for a, b in zip(thing, plain, strict=True))
-        return thing if same else kind(plain)
+        plain = list(map(_plain, thing))
+        return thing if all(map(is_, thing, plain)) else kind(plain)
     return thing

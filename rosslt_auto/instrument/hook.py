@@ -21,7 +21,7 @@ from typing import Any
 
 from ..provenance.frames import unseen
 from . import array_calls, cache, exact_types, run_path, tables
-from .errors import NotParsed
+from .errors import NotInstrumented, NotNow, NotParsed
 from .selection import Selection
 
 _SourceLoader = next(cls for cls in SourceFileLoader.__mro__ if "get_code" in vars(cls))
@@ -89,7 +89,7 @@ def instrumented_code(
     cached    whether the cache may be asked and filled
     compiler  compiles the rewritten tree, for loaders that have transformations of their own
 
-    Raises NotParsed or NotInstrumented.
+    Raises NotParsed, NotInstrumented or NotNow.
     """
     cache_path = cache.path_for(path) if cached else None
     entry = cache.read(cache_path, source, module, path) if cache_path else None
@@ -104,14 +104,23 @@ def instrumented_code(
     return entry.code
 
 
-def _weave(*args: Any) -> cache.Entry:
+def _weave(module: str, *args: Any) -> cache.Entry:
     """`weaving.weave`. It takes long to import, and is not needed with a warm cache."""
     _importing.add(get_ident())
     try:
         from .weaving import weave
+
+        return weave(module, *args)
+    except (ImportError, AttributeError, NotInstrumented) as error:
+        cause = error.__cause__ if isinstance(error, NotInstrumented) else error
+        if (
+            isinstance(cause, (ImportError, AttributeError))
+            and module.partition(".")[0] in sys.stdlib_module_names
+        ):
+            raise NotNow from error
+        raise
     finally:
         _importing.discard(get_ident())
-    return weave(*args)
 
 
 _importing: set[int] = set()
@@ -125,7 +134,7 @@ def instrumented_or_none(module: str, path: str, source: bytes, **how: Any) -> C
     """
     try:
         return instrumented_code(module, path, source, **how)
-    except NotParsed:
+    except (NotParsed, NotNow):
         return None
     except Exception as error:
         say_once(module, path, error)

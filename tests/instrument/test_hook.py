@@ -10,6 +10,7 @@ import inspect
 import logging
 import os
 import runpy
+import subprocess
 import sys
 import traceback
 import warnings
@@ -66,6 +67,24 @@ def test_a_tracer_sees_what_the_program_does(packages) -> None:
     assert during is tracer
     assert (str(folder / "under_test_traced.py"), "line") in seen
     assert not [place for place in seen if f"{os.sep}rosslt_auto{os.sep}" in place[0]]
+
+
+def test_the_rewriter_can_do_without_what_is_being_imported(tmp_path) -> None:
+    """The whole standard library selected, and nothing in the cache."""
+    code = (
+        "import sys; from rosslt_auto.instrument import hook, selection\n"
+        "for name in ('ast', 'tokenize', 'dataclasses', 're', 'copyreg', 'typing'):\n"
+        "    sys.modules.pop(name, None)\n"
+        "hook.install(selection.Selection(['*']))\n"
+        "import {}; print(ast.parse('0.5').body[0].value.value) if '{}' == 'ast' else print(0.5)\n"
+    )
+    for name in ("ast", "tokenize"):
+        done = subprocess.run(
+            [sys.executable, "-c", code.format(name, name)],
+            env={**os.environ, "PYTHONPYCACHEPREFIX": str(tmp_path / name)},
+            capture_output=True, text=True,
+        )  # fmt: skip
+        assert (done.stdout, done.stderr) == ("0.5\n", "")
 
 
 def test_namespace_of_builtins_can_be_copied(packages) -> None:
