@@ -4,12 +4,13 @@ VENV ?= .venv
 PYTHON ?=
 RUN := $(VENV)/bin/python
 
-.PHONY: help demo test test-browser lint format bench clean venv
+.PHONY: help demo test test-browser test-transparency lint format bench clean venv
 
 help:
 	@echo "make demo   the quadcopter in the browser; Ctrl-C ends it (ARGS=--terminal: without)"
 	@echo "make test   lint, types, and all tests (ARGS='-k name' for some of them)"
 	@echo "make test-browser   the page of \`view\` in a real browser"
+	@echo "make test-transparency   many programs of others, plain and instrumented (25 minutes)"
 	@echo "make lint   ruff and mypy only       make format   ruff's formatter"
 	@echo "make bench  the benchmarks           make clean    removes what was made here"
 
@@ -29,6 +30,10 @@ test-browser: venv
 	@.ci/chromium
 	$(VENV)/bin/pip install --quiet playwright
 	$(RUN) -m pytest -m browser $(ARGS)
+
+# Programs of others with and without instrumentation; writes the report in docs/transparency.md.
+test-transparency: venv
+	PYTHONPATH=.:tests $(RUN) -m transparency --report docs/transparency.md $(ARGS)
 
 lint: venv
 	$(RUN) -m ruff check
