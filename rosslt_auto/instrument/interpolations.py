@@ -5,7 +5,10 @@
     T[0].end(T[0].begin(), f"{T[0].value(label)} {T[0].value(n):d}{T[0].value(' of 10')}")
 
 where ``T`` is the module's list of `strings.Interpolation`. Python itself evaluates and formats
-everything, in its order; a piece of text that says something is a literal of its own.
+everything, in its order; a piece of text that says something is a literal of its own. Where all
+values are names, which can be looked at twice, that is done afterwards:
+
+    T[0].text(f"{label} {n:d}{' of 10'}", label, n, ' of 10')
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ from typing import Any
 from .plain import can_be_tracked
 from .walk import LOAD, Parts
 
+_UNCHANGING = (ast.Name, ast.Constant)
 _SUSPENDING = (ast.Await, ast.Yield, ast.YieldFrom)
 
 
@@ -44,21 +48,34 @@ def interpolated(node: Any, name: str, index: int) -> tuple[Parts, list[ast.Cons
     parts: list[tuple[str | None, str | None, str | None]] = []
     literals: list[ast.Constant] = []
     values: list[ast.expr] = []
+    operands: list[ast.expr] = []
+    afterwards = all(
+        isinstance(part.value, _UNCHANGING)
+        for part in node.values
+        if isinstance(part, ast.FormattedValue)
+    )
+
+    def noted(value: Any) -> Any:
+        operands.append(value)
+        return value if afterwards else _call(name, index, "value", value, at=value)
+
     for at, part in enumerate(node.values):
         if isinstance(part, ast.FormattedValue):
-            part.value = _call(name, index, "value", part.value, at=part.value)
+            part.value = noted(part.value)
             conversion = chr(part.conversion) if part.conversion > 0 else None
             parts.append((None, conversion, _specification(part.format_spec)))
         elif _says_something(part, node.values[at + 1 : at + 2]):
             literals.append(part)
             parts.append((None, None, ""))
-            noted = _call(name, index, "value", part, at=part)
-            part = ast.copy_location(ast.FormattedValue(noted, -1, None), part)
+            part = ast.copy_location(ast.FormattedValue(noted(part), -1, None), part)
         else:
             parts.append((part.value, None, ""))
         values.append(part)
     text = ast.copy_location(ast.JoinedStr(values), node)
-    call = _call(name, index, "end", _call(name, index, "begin", at=node), text, at=node)
+    if afterwards:
+        call = _call(name, index, "text", text, *operands, at=node)
+    else:
+        call = _call(name, index, "end", _call(name, index, "begin", at=node), text, at=node)
     del node.values
     node.__class__ = ast.Call
     node.func, node.args, node.keywords = call.func, call.args, call.keywords

@@ -44,7 +44,7 @@ def rewritten_source(module: str, path: str, source: bytes) -> str:
 
     lines = []
     for line in text.split("\n"):
-        literals = [about(int(number)) for number in look_up.findall(line)]
+        literals = [about(int(number)) for number in dict.fromkeys(look_up.findall(line))]
         lines.append(f"{line}  # {', '.join(literals)}" if literals else line)
     return "\n".join([*(f"# {warning}" for warning in found.warnings), *lines]) + "\n"
 

@@ -6,13 +6,24 @@ Methods of `TrackedStr`, and what the rewriter puts around f-strings (`Interpola
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from .elements import any_tracked
-from .operators import OPERATORS
+from .operators import OPERATORS, Operator
 from .text_operators import format_pieces, formatted, percent_pieces
-from .values import PlainType, TrackedStr, _install, is_tracked, record, untracked
+from .values import (
+    PlainType,
+    TrackedFloat,
+    TrackedInt,
+    TrackedStr,
+    _install,
+    deferred,
+    is_tracked,
+    record,
+    untracked,
+)
 
 
 def _add(self: Any, other: Any) -> Any:
@@ -129,7 +140,7 @@ class Interpolation:
 
     The f-string itself stays, so that everything is evaluated and formatted by Python in Python's
     order; the rewriter puts ``begin()``, ``value(x)`` and ``end(token, text)`` around it and its
-    values.
+    values, or hands the values to ``text(text, *values)`` afterwards.
 
     parts  for each part (literal text, None, "") or (None, conversion, format specification);
            the specification is None if it is computed itself
@@ -143,6 +154,13 @@ class Interpolation:
     def __deepcopy__(self, memo: Any) -> Any:
         """Programs that copy the namespace `builtins` may do so."""
         return self
+
+    def text(self, text: str, *values: Any) -> Any:
+        """The f-string's value, tracked if one of the values is that it interpolates."""
+        for value in values:
+            if type(type(value)) is PlainType:
+                return self._recorded(text, values)
+        return text
 
     def begin(self) -> Any:
         """Called before the first part; the answer is given to `end`."""
@@ -174,7 +192,23 @@ class Interpolation:
                     return self._recorded(text, token)
         return text
 
-    def _recorded(self, text: str, values: list[Any]) -> Any:
+    def _recorded(self, text: str, values: Sequence[Any]) -> Any:
+        """The text with its pieces: Python's own values are taken apart when somebody asks."""
+        depth = 0
+        for value in values:
+            kind = type(value)
+            if kind is TrackedFloat or kind is TrackedInt or kind is TrackedStr:
+                if value._depth > depth:
+                    depth = value._depth
+            elif kind is not float and kind is not int and kind is not str:
+                return self._taken_apart(text, values)
+        return deferred(text, partial(self._expression, text, tuple(values)), depth + 1)
+
+    def _expression(self, text: str, values: Sequence[Any]) -> tuple[Operator, Any, Any]:
+        found = self._taken_apart(text, values)
+        return found._op, found._a, found._b
+
+    def _taken_apart(self, text: str, values: Sequence[Any]) -> Any:
         operands: list[Any] = []
         rest = iter(values)
         for literal, conversion, spec in self.parts:

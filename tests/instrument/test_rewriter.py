@@ -43,9 +43,9 @@ def rewritten(source: str) -> str:
         ),
         (
             "x = f'at {y!r:>5}'",
-            "x = @t+[0].end(@t+[0].begin(), f'{@t+[0].value(@t[0])}{@t+[0].value(y)!r:>5}')",
+            "x = @t+[0].text(f'{@t[0]}{y!r:>5}', @t[0], y)",
         ),
-        ("x = f': {y=}'", "x = @t+[0].end(@t+[0].begin(), f': y={@t+[0].value(y)!r}')"),
+        ("x = f': {y=}'", "x = @t+[0].text(f': y={y!r}', y)"),
         ("x = 'text'", "x = @t[0]"),
         ("x = '%d of' % y", "x = @t[0] % y"),
         ("x = '{} of'.format(y)", "x = @t[0].format(y)"),

@@ -202,3 +202,27 @@ def test_what_an_error_leaves_behind_is_bounded(
     text = names["f"](1)
     assert text == "3 1 x" and type(text) is TrackedStr
     assert is_tracked(text)
+
+
+def test_names_are_looked_at_twice_and_nothing_else(instrumented) -> None:
+    found = instrumented("""
+        def named(a, b): return f'{a!r}:{b:>5}'
+        def said(a): return f'{a} metres'
+        class Counting:
+            reads = 0
+            @property
+            def x(self):
+                self.reads += 1
+                return self.reads
+        one = Counting()
+        read = f'{one.x} {one.x:d}'
+        speed = 1.5
+        many = [None, True, [speed]]
+        texts = [named(chr(97), len('ab')), named(speed, 'b'), said(speed), said(many)]
+    """)
+    assert found["read"] == "1 2"
+    assert found["texts"][:3] == ["'a':    2", "1.5:    b", "1.5 metres"]
+    assert [is_tracked(text) for text in found["texts"]] == [False, True, True, True]
+    speed = provenance(found["texts"][2]).invert("2.5 metres")
+    assert list(speed.changes.values()) == [2.5]
+    assert "speed" in provenance(found["texts"][1]).expression
