@@ -28,8 +28,8 @@ INTERPOLATIONS = "+"
 _CHECKED_HASH = (0b11).to_bytes(4, "little")  # PEP 552: flags of a checked hash-based pyc
 _ENGINE_FILES = (
     "plain.py", "naming.py", "arithmetic.py", "operations.py", "calls.py", "file_calls.py",
-    "call_sites.py", "walk.py", "interpolations.py", "remarks.py", "statements.py",
-    "expressions.py", "rewriter.py",
+    "statistics_calls.py", "call_sites.py", "walk.py", "interpolations.py", "remarks.py",
+    "statements.py", "expressions.py", "rewriter.py",
     os.path.join(os.pardir, "provenance", "truth_sites.py"),
 )  # fmt: skip
 

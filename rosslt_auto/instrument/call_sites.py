@@ -11,33 +11,37 @@ import ast
 from ..provenance.array_names import CALLS as ARRAY_CALLS
 from .calls import CALL, CALL_1, CALL_2
 from .file_calls import CALL_FILE, FILE_CALLS
+from .statistics_calls import CALL_STATISTICS, STATISTICS_CALLS
 
-BUILTIN_CALLS = frozenset({"float", "int", "max", "min", "str", "sum", "type"})
+BUILTIN_CALLS = frozenset({"float", "int", "map", "max", "min", "str", "sum", "type"})
 """Builtins that would drop provenance, or some of it. (abs, round, divmod and pow do not.)"""
 
 ARRAY_MODULES = frozenset({"array", "numpy"})
 FILE_MODULES = frozenset({"json", "yaml"})
 """Modules whose functions the names of a program are followed to."""
 
-MATH_CALLS = frozenset(
+MATH_MODULES = frozenset({"math", "statistics"})
+"""Modules whose functions are tracked by these names."""
+
+_OVER_ITERABLES = frozenset({"fsum", "sum"})
+MATH_CALLS = STATISTICS_CALLS | frozenset(
     {
-        "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "copysign", "cos",
-        "cosh", "degrees", "dist", "erf", "erfc", "exp", "exp2", "expm1", "fabs", "fma", "fmod",
-        "fsum", "gamma", "hypot", "ldexp", "lgamma", "log", "log10", "log1p", "log2", "modf",
-        "nextafter", "pow", "radians", "remainder", "sin", "sinh", "sqrt", "sumprod", "tan",
-        "tanh",
+        "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "comb", "copysign",
+        "cos", "cosh", "degrees", "dist", "erf", "erfc", "exp", "exp2", "expm1", "fabs",
+        "factorial", "fmod", "frexp", "fsum", "gamma", "gcd", "hypot", "isqrt", "lcm", "ldexp",
+        "lgamma", "log", "log10", "log1p", "log2", "modf", "nextafter", "perm", "pow",
+        "radians", "remainder", "sin", "sinh", "sqrt", "sumprod", "tan", "tanh", "ulp",
     }
 )  # fmt: skip
-"""Functions of `math` that would drop provenance, or that compute otherwise with subclasses.
+"""Functions that would drop provenance, or that compute otherwise with subclasses.
 
-Not floor, ceil, trunc and prod, which ask the operand's own methods; nor those between integers or
-with truth values as results, which take a tracked number like a plain one.
+Not floor, ceil, trunc and prod, which ask the operand's own methods; nor those with truth values
+as results, which take a tracked number like a plain one.
 """
 
 METHOD_CALLS = MATH_CALLS | ARRAY_CALLS | FILE_CALLS
 """Last names of functions that are called as attributes, and may be rewritten."""
 
-_OVER_ITERABLES = frozenset({"sum", "fsum"})
 _CONVERSIONS = frozenset({"float", "int", "str"})
 _NAMES_OF_INSTANCES = frozenset({"self", "cls"})
 
@@ -55,8 +59,12 @@ def call_helper(node: ast.Call, name: str) -> str | None:
         if not plain_shape or not args:
             return None  # with a key, or several numbers that cannot be seen
         return CALL_2 if len(args) == 2 else CALL
-    elif name in _CONVERSIONS and plain_shape and (len(args) != 1 or _cannot_be_number(args[0])):
+    elif name == "map":
+        return CALL if plain_shape and len(args) > 1 and _may_be_known(args[0]) else None
+    elif name in _CONVERSIONS and plain_shape and not _may_convert(args, name):
         return None
+    if name in STATISTICS_CALLS:
+        return CALL_STATISTICS
     if not plain_shape or name in _OVER_ITERABLES or not 1 <= len(args) <= 2:
         return CALL
     return CALL_1 if len(args) == 1 else CALL_2
@@ -90,3 +98,14 @@ def _cannot_be_number(node: ast.expr) -> bool:
     if isinstance(node, ast.Name):
         return node.id in _NAMES_OF_INSTANCES
     return isinstance(node, (ast.JoinedStr, ast.List, ast.Tuple, ast.Dict, ast.Set, ast.Lambda))
+
+
+def _may_convert(args: list[ast.expr], name: str) -> bool:
+    return len(args) in ((1, 2) if name == "int" else (1,)) and not _cannot_be_number(args[0])
+
+
+def _may_be_known(function: ast.expr) -> bool:
+    """Whether a function that is handed on may be one of those above."""
+    if isinstance(function, ast.Attribute):
+        return function.attr in MATH_CALLS
+    return isinstance(function, ast.Name) and function.id in BUILTIN_CALLS | MATH_CALLS

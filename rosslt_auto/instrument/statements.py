@@ -5,7 +5,14 @@ from __future__ import annotations
 import ast
 from typing import Any
 
-from .call_sites import ARRAY_CALLS, ARRAY_MODULES, FILE_CALLS, FILE_MODULES, MATH_CALLS
+from .call_sites import (
+    ARRAY_CALLS,
+    ARRAY_MODULES,
+    FILE_CALLS,
+    FILE_MODULES,
+    MATH_CALLS,
+    MATH_MODULES,
+)
 from .naming import Scope
 from .plain import RETURNS_PLAIN, RUN_ONCE, is_enum, is_special, target_name
 from .walk import Block, Walk
@@ -172,13 +179,13 @@ class StatementWalk(Walk):
     def _import(self, node: ast.Import) -> None:
         for alias in node.names:
             package = alias.name.partition(".")[0]
-            if alias.name == "math" and alias.asname:
+            if alias.name in MATH_MODULES and alias.asname:
                 self.math_modules.add(alias.asname)
             elif package in ARRAY_MODULES:
                 self.array_modules.add(alias.asname or package)
 
     def _import_from(self, node: ast.ImportFrom) -> None:
-        if node.module == "math" and not node.level:
+        if node.module in MATH_MODULES and not node.level:
             for alias in node.names:
                 if alias.name == "*":
                     self.called_names.update((name, name) for name in MATH_CALLS)

@@ -19,7 +19,7 @@ from types import (
 
 from ..provenance.locations import LiteralInfo, register_literals, registered
 from ..provenance.strings import Interpolation
-from . import arithmetic, calls, file_calls
+from . import arithmetic, calls, file_calls, statistics_calls
 from .cache import INTERPOLATIONS, Entry
 
 PREFIX = "@rosslt."
@@ -34,6 +34,7 @@ def publish(entry: Entry, source: bytes | None) -> None:
     arithmetic.publish()
     calls.publish()
     file_calls.publish()
+    statistics_calls.publish()
     if entry.values:
         register_literals(
             entry.table,

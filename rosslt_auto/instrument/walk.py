@@ -10,7 +10,7 @@ import ast
 from collections.abc import Callable, Iterable
 from typing import Any, ClassVar, NamedTuple
 
-from .call_sites import BUILTIN_CALLS, MATH_CALLS
+from .call_sites import BUILTIN_CALLS, MATH_CALLS, MATH_MODULES
 from .calls import UNTRACKED
 from .naming import Scope
 from .operations import Operations
@@ -88,7 +88,7 @@ class Walk:
         self.plain_texts = False
         self.truths: set[int] = set()  # ids of True and False that may get into messages
         self.interpolations: list[Parts] = []
-        self.math_modules = {"math"}
+        self.math_modules = set(MATH_MODULES)
         self.called_names = {name: name for name in BUILTIN_CALLS}
         self.array_names: dict[str, str] = {}
         self.file_names: dict[str, str] = {}

@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from .number_operators import power_by_base, power_by_exponent, root, unabs
+from .number_operators import power_by_base, power_by_exponent, quotient, root, shifted, unabs
+from .numerical import digamma, numerically, without
 from .operator_table import AnyOperands, Inverse, Partial, add, define
 
 
@@ -71,6 +72,18 @@ def _hypot_partial(index: int) -> Partial:
     return _unless_zero(lambda *sides: sides[index] / math.hypot(*sides))
 
 
+def _erf_slope(x: float) -> float:
+    return 2 / math.sqrt(math.pi) * math.exp(-x * x)
+
+
+def _erfc_slope(x: float) -> float:
+    return -_erf_slope(x)
+
+
+def _gamma_slope(x: float) -> float:
+    return math.gamma(x) * digamma(x)
+
+
 _UNIT = "values lie between -1 and 1"
 _QUARTER = "values lie between -pi/2 and pi/2"
 _POSITIVE = "values are positive"
@@ -128,14 +141,10 @@ _UNARY: dict[str, tuple[Inverse | None, Partial | None, str]] = {
         lambda x: math.copysign(1.0, x),
         "an absolute value is never negative",
     ),
-    "gamma": (None, None, ""),
-    "lgamma": (None, None, ""),
-    "erf": (None, lambda x: 2 / math.sqrt(math.pi) * math.exp(-x * x), _UNIT),
-    "erfc": (
-        None,
-        lambda x: -2 / math.sqrt(math.pi) * math.exp(-x * x),
-        "values lie between 0 and 2",
-    ),
+    "gamma": (numerically(math.gamma, _gamma_slope), _gamma_slope, ""),
+    "lgamma": (numerically(math.lgamma, digamma), digamma, ""),
+    "erf": (numerically(math.erf, _erf_slope), _erf_slope, _UNIT),
+    "erfc": (numerically(math.erfc, _erfc_slope), _erfc_slope, "values lie between 0 and 2"),
 }
 for _name, (_inverse, _partial, _domain) in _UNARY.items():
     define(_name, _name, None, getattr(math, _name), (_inverse,), (_partial,), _domain)
@@ -200,3 +209,99 @@ add(
         "hypot", "hypot", math.hypot, _unhypot, _hypot_partial, "a length is never negative"
     )
 )
+
+# ---------------------------------------------------------------- parts of a float
+
+
+def _unfraction(target: Any, x: Any) -> float:
+    whole = math.modf(x)[1]
+    if not abs(target) < 1 or (whole and target * whole < 0):
+        raise ValueError("a fraction is less than 1, and on the same side of zero")
+    return float(whole + target)
+
+
+def _unmantissa(target: Any, x: Any) -> float:
+    if target and not 0.5 <= abs(target) < 1:
+        raise ValueError("a mantissa lies between 0.5 and 1")
+    return math.ldexp(target, math.frexp(x)[1])
+
+
+def _unnext(target: Any, x: Any, towards: Any) -> float:
+    before = math.nextafter(target, math.copysign(math.inf, target - towards))
+    return before if math.nextafter(before, towards) == target else target
+
+
+def modf_fraction(x: Any) -> float:
+    """The first part of ``modf(x)``."""
+    return math.modf(x)[0]
+
+
+def modf_whole(x: Any) -> float:
+    """The second part of ``modf(x)``."""
+    return math.modf(x)[1]
+
+
+def frexp_mantissa(x: Any) -> float:
+    """The first part of ``frexp(x)``."""
+    return math.frexp(x)[0]
+
+
+def frexp_exponent(x: Any) -> int:
+    """The second part of ``frexp(x)``."""
+    return math.frexp(x)[1]
+
+
+define("modf_fraction", "fraction", None, modf_fraction, (_unfraction,), (lambda x: 1.0,))
+define("modf_whole", "trunc", None, modf_whole, (shifted(modf_whole),), (lambda x: 1.0,))
+define("frexp_mantissa", "mantissa", None, frexp_mantissa, (_unmantissa,),
+       (lambda x: math.ldexp(1.0, -math.frexp(x)[1]),))  # fmt: skip
+define("frexp_exponent", "exponent", None, frexp_exponent,
+       (lambda t, x: math.ldexp(math.frexp(x)[0], t),), (None,))  # fmt: skip
+define("nextafter", "nextafter", None, math.nextafter, (_unnext, None), (lambda x, y: 1.0, None))
+define("ulp", "ulp", None, math.ulp, (None,), (lambda x: 0.0,))
+
+# ---------------------------------------------------------------- sums
+
+
+def _fsum(*operands: Any) -> float:
+    return math.fsum(operands)
+
+
+def _unfsum(index: int) -> Inverse:
+    return lambda target, *operands: target - math.fsum(without(operands, index))
+
+
+def sumprod(*operands: Any) -> Any:
+    """``math.sumprod`` of the first half of the operands and the second one."""
+    half = len(operands) // 2
+    p, q = operands[:half], operands[half:]
+    plain = getattr(math, "sumprod", None)  # new in 3.12
+    if plain is not None:
+        return plain(p, q)
+    from fractions import Fraction  # takes long to import, and few need it
+
+    products = [Fraction(a) * Fraction(b) for a, b in zip(p, q, strict=True)]
+    kind = float if any(type(operand) is float for operand in operands) else int
+    return kind(sum(products))
+
+
+def _partner(operands: tuple[Any, ...], index: int) -> Any:
+    return operands[(index + len(operands) // 2) % len(operands)]
+
+
+def _unsumprod(index: int) -> Inverse:
+    def inverse(target: Any, *operands: Any) -> Any:
+        factor = _partner(operands, index)
+        rest = sumprod(*(0 if i == index else operand for i, operand in enumerate(operands)))
+        return quotient(target - rest, factor)
+
+    return inverse
+
+
+add(AnyOperands("fsum", "fsum", _fsum, _unfsum, lambda index: lambda *operands: 1.0))
+add(
+    AnyOperands(
+        "sumprod", "sumprod", sumprod, _unsumprod,
+        lambda index: lambda *operands: _partner(operands, index),
+    )
+)  # fmt: skip

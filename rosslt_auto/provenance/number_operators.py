@@ -42,7 +42,7 @@ def power_by_exponent(base: Any, exponent: Any) -> float:
     return math.log(base) * base**exponent
 
 
-def _shifted(forward: Callable[..., Any]) -> Inverse:
+def shifted(forward: Callable[..., Any]) -> Inverse:
     """Inverse of a rounding: move the operand by as much as the result has to move."""
 
     def inverse(target: Any, value: Any, *rest: Any) -> Any:
@@ -158,7 +158,7 @@ _ROUNDINGS: dict[str, Callable[..., Any]] = {
 }
 for _name, _forward in _ROUNDINGS.items():
     define(
-        _name, _name, None, _forward, (_shifted(_forward), None), (lambda *a: 1.0, None),
+        _name, _name, None, _forward, (shifted(_forward), None), (lambda *a: 1.0, None),
         "only rounded numbers are possible",
     )  # fmt: skip
 

@@ -1,6 +1,13 @@
 """The whole table of operators; what a row says stands in `operator_table`."""
 
-from . import math_operators, number_operators, text_operators  # fill the table
+from . import (  # fill the table
+    integer_operators,
+    math_operators,
+    number_operators,
+    read_operators,
+    statistics_operators,
+    text_operators,
+)
 from .operator_table import DEFERRED, LEAVES, LITERAL, OPERATORS, SOURCE, Operator
 
 __all__ = [
@@ -10,7 +17,10 @@ __all__ = [
     "OPERATORS",
     "SOURCE",
     "Operator",
+    "integer_operators",
     "math_operators",
     "number_operators",
+    "read_operators",
+    "statistics_operators",
     "text_operators",
 ]

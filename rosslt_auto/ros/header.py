@@ -397,6 +397,14 @@ _FOLDED = ("affine", "linear")
 _COUNTS: dict[str, Callable[[int], bool]] = {
     "sum": lambda count: count >= 1,
     "hypot": lambda count: count >= 1,
+    "fsum": lambda count: count >= 1,
+    "gcd": lambda count: count >= 1,
+    "lcm": lambda count: count >= 1,
+    **dict.fromkeys(
+        ("fmean", "mean", "pstdev", "pvariance", "stdev", "variance"), lambda count: count >= 1
+    ),
+    "sumprod": lambda count: count >= 2 and count % 2 == 0,
+    "read_int": lambda count: count in (1, 2),
     "affine": lambda count: count >= 5 and count % 4 == 1,
     "linear": lambda count: count >= 5 and count % 4 == 1,
     "min": lambda count: count >= 2,

@@ -1,0 +1,112 @@
+"""Tracked versions of the functions of module math."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ..provenance.frames import unseen
+from ..provenance.operators import OPERATORS, Operator
+from ..provenance.values import is_tracked, record, untracked
+from .wrappers import (
+    Function,
+    binary,
+    exactly,
+    is_number,
+    number,
+    unary,
+    variadic,
+    watched,
+)
+
+
+@unseen
+def _fsum(items: Any, /) -> Any:
+    seen: list[Any] = []
+    value = math.fsum(watched(items, seen))
+    if not all(map(is_number, seen)):
+        return value
+    return record(OPERATORS["fsum"], value, *map(number, seen))
+
+
+@unseen
+def _dist(p: Any, q: Any, /) -> Any:
+    """The distance is the hypotenuse of the differences, computed in one go."""
+    p, q = tuple(p), tuple(q)
+    value = math.dist(tuple(map(untracked, p)), tuple(map(untracked, q)))
+    if any(map(is_tracked, p + q)) and all(map(is_number, p + q)):
+        return record(OPERATORS["hypot"], value, *(a - b for a, b in zip(p, q, strict=True)))
+    return value
+
+
+@unseen
+def _sumprod(p: Any, q: Any, /) -> Any:
+    seen: tuple[list[Any], list[Any]] = ([], [])
+    value = math.sumprod(watched(p, seen[0]), watched(q, seen[1]))  # type: ignore[attr-defined]
+    operands = [*seen[0], *seen[1]]
+    if not all(map(is_number, operands)):
+        return value
+    return record(OPERATORS["sumprod"], value, *map(number, operands))
+
+
+def _pair(plain: Function, first: Operator, second: Operator) -> Function:
+    """A function that gives a pair of numbers: the parts of its operand."""
+
+    @unseen
+    def call(x: Any, /) -> Any:
+        if not is_tracked(x):
+            return plain(x)
+        a, b = plain(x._v)
+        return record(first, a, number(x)), record(second, b, number(x))
+
+    return call
+
+
+_OPERATOR_NAMES = {"pow": "fpow"}
+_ARITIES: dict[str, tuple[int, ...] | None] = {
+    **dict.fromkeys(
+        ("acos", "acosh", "asin", "asinh", "atan", "atanh", "cbrt", "cos", "cosh", "degrees",
+         "erf", "erfc", "exp", "exp2", "expm1", "fabs", "factorial", "gamma", "isqrt", "lgamma",
+         "log10", "log1p", "log2", "radians", "sin", "sinh", "sqrt", "tan", "tanh", "ulp"),
+        (1,),
+    ),
+    **dict.fromkeys(
+        ("atan2", "comb", "copysign", "fmod", "ldexp", "nextafter", "perm", "pow", "remainder"),
+        (2,),
+    ),
+    "log": (1, 2),
+    **dict.fromkeys(("gcd", "hypot", "lcm"), None),
+}  # fmt: skip
+"""For how many operands a function has an operator; None: for any number."""
+
+_PAIRS = {"modf": ("modf_fraction", "modf_whole"), "frexp": ("frexp_mantissa", "frexp_exponent")}
+
+ONE: dict[Function, Function] = {}
+TWO: dict[Function, Function] = {}
+ANY: dict[Function, Function] = {}
+"""Tracked versions by the plain function: for one, two, and any other arguments."""
+
+
+def _fill_tables() -> None:
+    for name, arities in _ARITIES.items():
+        plain = getattr(math, name)
+        op = OPERATORS[_OPERATOR_NAMES.get(name, name)]
+        if arities is None or 1 in arities:
+            ONE[plain] = unary(plain, op)
+        if arities is None or 2 in arities:
+            TWO[plain] = binary(plain, op)
+        ANY[plain] = variadic(plain, op, arities)
+    for name, (first, second) in _PAIRS.items():
+        plain = getattr(math, name)
+        ONE[plain] = _pair(plain, OPERATORS[first], OPERATORS[second])
+        ANY[plain] = exactly(1, ONE[plain], plain)
+    ANY[math.fsum] = exactly(1, _fsum, math.fsum)
+    TWO[math.dist] = _dist
+    ANY[math.dist] = exactly(2, _dist, math.dist)
+    sumprod = getattr(math, "sumprod", None)  # new in 3.12
+    if sumprod is not None:
+        TWO[sumprod] = _sumprod
+        ANY[sumprod] = exactly(2, _sumprod, sumprod)
+
+
+_fill_tables()
