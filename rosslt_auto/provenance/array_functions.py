@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from . import array_algebra
 from .array_calls import (
     ADVICE,
     FUNCTIONS,
@@ -25,6 +26,7 @@ from .array_calls import (
     ended,
     written_to,
 )
+from .array_names import SCALARS
 from .array_rules import (
     Build,
     Contracted,
@@ -35,6 +37,7 @@ from .array_rules import (
     Shadow,
     Whole,
     chosen,
+    lanes_along,
     length,
     mean,
     multiplied,
@@ -404,20 +407,9 @@ def _reducing(function: Any, build: Build, allowed: frozenset[str]) -> Callable[
             operand = scalar_shadow(operand)
         if type(operand) is not Shadow or not operand.values.size:
             return found
-        return wrap(found, Lanes(build, operand, functools.partial(_lanes, axis)))
+        return wrap(found, Lanes(build, operand, functools.partial(lanes_along, axis)))
 
     return call
-
-
-def _lanes(axis: Any, numbers: Any) -> Any:
-    """The numbers of an array's elements, in a row those that an element of the result is from."""
-    if axis is None:
-        return numbers.reshape(1, -1)
-    axes = axis if isinstance(axis, tuple) else (axis,)
-    axes = tuple(sorted(int(axis) % numbers.ndim for axis in axes))
-    last = np.moveaxis(numbers, axes, range(-len(axes), 0))
-    lengths = [numbers.shape[axis] for axis in axes]
-    return last.reshape(-1, int(np.prod(lengths)))
 
 
 def _reduce_method(ufunc: Any, function: Any) -> Callable[..., Any]:
@@ -452,7 +444,7 @@ def _norm(x: Any, ord: Any = None, axis: Any = None, keepdims: bool = False) -> 
     one_axis = isinstance(axis, int) or (axis is None and len(operand.shape) == 1)
     if not (ord is None or (ord == 2 and one_axis) or ord == "fro"):
         return ended(np.linalg.norm, found)
-    return wrap(found, Lanes(length, operand, functools.partial(_lanes, axis)))
+    return wrap(found, Lanes(length, operand, functools.partial(lanes_along, axis)))
 
 
 def _trace(a: Any, *args: Any, **keywords: Any) -> Any:
@@ -524,11 +516,13 @@ def _fill_rules() -> None:
         ("dot", _dot_rule), ("inner", _inner_rule), ("vdot", _vdot_rule), ("outer", _outer_rule),
     ):  # fmt: skip
         _add(name, functools.partial(_product, rule=rule))
-    for name in ("cross", "einsum", "cumsum", "cumprod", "diff", "kron", "tensordot", "ediff1d"):
+    for name in ("cross", "einsum", "cumsum", "cumprod", "diff", "kron", "tensordot", "ediff1d",
+                 "average", "polyval", "trapezoid", "trapz"):  # fmt: skip
         _add(name, _whole)
     for name in ("round", "around"):
         FUNCTIONS[getattr(np, name)] = _round
     FUNCTIONS.update({np.trace: _trace, np.clip: _clip, np.linspace: _linspace})
+    FUNCTIONS[np.linalg.matrix_power] = _whole(np.linalg.matrix_power)
     FUNCTIONS.update({np.linalg.norm: _norm, np.copyto: _copyto})
 
 
@@ -638,11 +632,12 @@ def _fill_methods() -> None:
         setattr(TrackedArray, name, _shaping(name))
     for name in (
         "sum", "mean", "prod", "min", "max", "clip", "round", "trace", "dot", "cumsum", "cumprod",
+        "std", "var",
     ):  # fmt: skip
         setattr(TrackedArray, name, _method(name))
     for name in (
         "all", "any", "argmax", "argmin", "argpartition", "argsort", "choose", "conj", "conjugate",
-        "nonzero", "ptp", "searchsorted", "std", "var", "byteswap", "getfield", "partition", "put",
+        "nonzero", "ptp", "searchsorted", "byteswap", "getfield", "partition", "put",
         "sort",
     ):  # fmt: skip
         if hasattr(np.ndarray, name):
@@ -719,6 +714,11 @@ def _fill_advice() -> None:
     ):  # fmt: skip
         ADVICE[id(getattr(np, name))] = _blank_making(getattr(np, name))
     ADVICE[id(np.full)] = _full
+    ADVICE[id(np.arange)] = array_algebra.arange
+    for name in SCALARS:
+        kind = getattr(np, name, None)  # not all in all versions
+        if kind is not None:
+            ADVICE[id(kind)] = array_algebra.scalar(kind)
 
 
 def install() -> None:
@@ -727,6 +727,7 @@ def install() -> None:
         _fill_ufuncs()
         _fill_moving()
         _fill_rules()
+        array_algebra.install()
         _fill_methods()
     if not ADVICE:
         _fill_advice()

@@ -1,7 +1,17 @@
 """Names of functions of numpy that have a tracked version, known without importing numpy."""
 
-CALLS = frozenset(
+SCALARS = frozenset(
     {
+        "byte", "double", "float16", "float32", "float64", "half", "int16", "int32", "int64",
+        "int8", "int_", "intc", "intp", "long", "short", "single",
+    }
+)  # fmt: skip
+"""Classes of numpy's scalars that are called with numbers."""
+
+CALLS = SCALARS | frozenset(
+    {
+        "arange", "average", "det", "interp", "inv", "matrix_power", "median", "polyval", "solve",
+        "std", "trapezoid", "trapz", "var",
         "abs", "absolute", "acos", "acosh", "add", "amax", "amin", "append", "arccos",
         "arccosh", "arcsin", "arcsinh", "arctan", "arctan2", "arctanh", "around", "array",
         "array_split", "asanyarray", "asarray", "ascontiguousarray", "asfortranarray",

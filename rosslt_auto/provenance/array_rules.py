@@ -360,6 +360,17 @@ class Lanes(Rule):
         return self.build(value, *map(self.operand.core, self.lanes[position].tolist()))
 
 
+def lanes_along(axis: Any, numbers: Any) -> Any:
+    """For `Lanes`: the numbers of an array's elements, a row for each element of a result."""
+    if axis is None:
+        return numbers.reshape(1, -1)
+    axes = axis if isinstance(axis, tuple) else (axis,)
+    axes = tuple(sorted(int(axis) % numbers.ndim for axis in axes))
+    last = np.moveaxis(numbers, axes, range(-len(axes), 0))
+    lengths = [numbers.shape[axis] for axis in axes]
+    return last.reshape(-1, int(np.prod(lengths)))
+
+
 class Whole(Rule):
     """An operation that numpy can do on arrays of objects: it makes all expressions at once."""
 
@@ -371,7 +382,7 @@ class Whole(Rule):
     @functools.cached_property
     def nodes(self) -> list[Any]:
         found = self.function(*map(_objects, self.operands))
-        return [_node_of(item) for item in np.ravel(np.asarray(found, dtype=object)).tolist()]
+        return [node_of(item) for item in np.ravel(np.asarray(found, dtype=object)).tolist()]
 
     def mask(self) -> Any:
         try:
@@ -403,30 +414,37 @@ class _Term:
         self.node = node
 
     def __add__(self, other: Any) -> _Term:
-        return _Term(_added(self.node, _node_of(other)))
+        return _Term(_added(self.node, node_of(other)))
 
     def __radd__(self, other: Any) -> _Term:
-        return _Term(_added(_node_of(other), self.node))
+        return _Term(_added(node_of(other), self.node))
 
     def __sub__(self, other: Any) -> _Term:
-        other = _node_of(other)
+        other = node_of(other)
         return self if _is_zero(other) else _Term(self.node - other)
 
     def __rsub__(self, other: Any) -> _Term:
-        other = _node_of(other)
+        other = node_of(other)
         return _Term(-self.node if _is_zero(other) else other - self.node)
 
     def __mul__(self, other: Any) -> _Term:
-        return _Term(product(self.node, _node_of(other)))
+        return _Term(product(self.node, node_of(other)))
 
     def __rmul__(self, other: Any) -> _Term:
-        return _Term(product(_node_of(other), self.node))
+        return _Term(product(node_of(other), self.node))
+
+    def __truediv__(self, other: Any) -> _Term:
+        return self if _is_zero(self.node) else _Term(self.node / node_of(other))
+
+    def __rtruediv__(self, other: Any) -> _Term:
+        return _Term(node_of(other) / self.node)
 
     def __neg__(self) -> _Term:
         return _Term(-self.node)
 
 
-def _node_of(item: Any) -> Any:
+def node_of(item: Any) -> Any:
+    """The expression of an element of an array of objects."""
     return item.node if type(item) is _Term else core_of(item)
 
 

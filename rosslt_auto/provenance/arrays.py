@@ -108,10 +108,11 @@ def uninstall() -> None:
 
 
 def _hide_all(hide: Callable[[FunctionType], Any]) -> None:
-    from . import array_functions
+    from . import array_algebra, array_functions
 
     tables: list[Any] = [vars(TrackedArray), *map(vars, array_scalars.CLASSES.values())]
-    tables += [vars(module) for module in (array_type, array_calls, array_scalars, array_functions)]
+    modules = (array_type, array_calls, array_scalars, array_functions, array_algebra)
+    tables += [vars(module) for module in modules]
     tables += [FUNCTIONS, REDUCTIONS, ADVICE]
     for function in [function for table in tables for function in table.values()]:
         ours = type(function) is FunctionType and function.__module__.startswith(__package__)
