@@ -31,6 +31,7 @@ STYLE = """<style>
 .rosslt .reason { color: #b91c1c; display: block; padding: 0 8px 0 5ch; white-space: pre-wrap; }
 .rosslt table { border-collapse: collapse; width: 100%; font: inherit; }
 .rosslt td { vertical-align: top; padding: 1px 6px 1px 0; overflow-wrap: anywhere; }
+.rosslt td:nth-child(-n+3) { white-space: nowrap; }
 .rosslt .dim { color: #6e7781; }
 .rosslt .will { color: #c2410c; font-weight: 600; }
 </style>"""
