@@ -4,6 +4,9 @@ A client (RViz) asks `<namespace>/get_interactive_markers` for all markers and t
 that this answer is good for, then follows `<namespace>/update`, whose sequence numbers rise by
 exactly one; a gap makes it start anew. What people do comes on `<namespace>/feedback`. Who drags a
 marker keeps it: feedback of another client is refused until a second after the last.
+
+It is used where the package interactive_markers is installed too: the protocol is the same, and
+what is tested here is then what runs everywhere.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """What is shown now: the last messages of all topics, by RViz's rules.
 
-A marker is known by topic, namespace and id; ADD replaces it, DELETE and DELETEALL remove it, and
-so does the end of its lifetime. Any other message replaces the one before it on its topic. Nothing
-here knows ROS or a view: messages come in through `Scene.receive`, and a view asks for what there
-is.
+A marker is known by topic, namespace and id; ADD replaces it, DELETE and DELETEALL (of a topic, or
+of the namespace that it names) remove it, and so does the end of its lifetime. Any other message
+replaces the one before it on its topic. Nothing here knows ROS or a view: messages come in through
+`Scene.receive`, and a view asks for what there is.
 """
 
 from __future__ import annotations
@@ -105,10 +105,15 @@ class Scene:
         elif action == DELETE:
             self._remove(key)
         elif action == DELETE_ALL:
-            for item in [item for item in self._items.values() if item.topic == topic]:
-                self._remove(item.key)
+            self._delete_all(topic, str(marker.ns))
         else:
             self.problems[key] = f"unknown marker action {action}"
+
+    def _delete_all(self, topic: str, namespace: str) -> None:
+        """Of a topic, or if a namespace is named: of this namespace only."""
+        for item in [item for item in self._items.values() if item.topic == topic]:
+            if namespace in ("", str(item._part.ns)):
+                self._remove(item.key)
 
     def _put(self, item: Item) -> None:
         self._revision += 1

@@ -77,8 +77,16 @@ def test_delete_all_removes_those_of_the_topic(scene: Scene) -> None:
     add(scene, 0)
     add(scene, 1, ns="b")
     add(scene, 0, topic="/u")
-    add(scene, 9, ns="c", action=Marker.DELETEALL)
+    add(scene, 9, ns="", action=Marker.DELETEALL)
     assert keys(scene) == ["/u/a/0"]
+
+
+def test_delete_all_with_a_namespace_removes_those_of_the_namespace(scene: Scene) -> None:
+    add(scene, 0)
+    add(scene, 1, ns="b")
+    add(scene, 0, topic="/u")
+    add(scene, 9, action=Marker.DELETEALL)
+    assert keys(scene) == ["/t/b/1", "/u/a/0"]
 
 
 def test_lifetime_ends(scene: Scene, clock: Clock) -> None:
