@@ -84,8 +84,9 @@ class Page:
         self._point_nodes: dict[str, Any] = {}
         self._noted: dict[str, float] = {}
         self._selected: str | None = None
+        self._offered: str | None = None
         self._code_shown: tuple[Any, ...] = ()
-        self._problem = ""
+        self._problem = self._done = ""
         self._build()
         self._drawing = Drawing(self._server, self._item_clicked)
         self._gizmos = Gizmos(self._server, self)
@@ -148,12 +149,21 @@ class Page:
         self._origin = gui.add_html("")
         self._policy.on_update(self._policy_chosen)
         self._source.on_update(self._source_chosen)
-        self._undo.on_click(lambda event: self._tell(self._session.undo()))
+        self._undo.on_click(self._undo_last)
         self._save.on_click(self._offer_to_save)
         self._options: dict[str, list[tuple[str, str]]] = {}
 
-    def _tell(self, message: str) -> None:
-        self._problem = message
+    def _tell(self, problem: str) -> None:
+        self._problem = problem and f"⚠ {problem}"
+        self._done = ""
+
+    def _tell_done(self, what: str) -> None:
+        self._problem = ""
+        self._done = f"✓ {what}"
+
+    def _undo_last(self, event: Any) -> None:
+        said = self._session.undo()
+        (self._tell_done if said.startswith("undone") else self._tell)(said)
 
     def _offer_to_save(self, event: Any) -> None:
         session, gui = self._session, event.client.gui
@@ -171,7 +181,7 @@ class Page:
         def _(_: Any) -> None:
             modal.close()
             try:
-                self._tell(session.save())
+                self._tell_done(session.save())
             except Exception as reason:
                 self._tell(f"not saved: {reason}")
 
@@ -265,7 +275,7 @@ class Page:
             *(f"{node} has ended" for node in sorted(session.listing.ended)),
             *(f"{key}: {why}" for key, why in unshown),
         ]
-        problem = self._problem or next(iter(others), "")
+        problem = self._problem or next((f"⚠ {one}" for one in others), self._done)
         if self._message.visible != bool(problem):
             self._message.visible = bool(problem)
         if problem and self._message.content != _quoted(problem):
@@ -301,8 +311,16 @@ class Page:
             self._options.setdefault(label, []).append((path, parameter))
         if self._source.visible != bool(options):
             self._source.visible = bool(options)
-        if tuple(self._source.options) != labels:
+        if tuple(self._source.options) != labels or self._offered != self._selected:
+            self._offered = self._selected
             self._source.options = labels
+            self._source.value = self._chosen_label()
+
+    def _chosen_label(self) -> str:
+        """What the dropdown has to say, which viser sets back with new options."""
+        chosen = self._session.choice.sources.items()
+        found = (label for label, ways in self._options.items() if chosen & set(ways))
+        return next(found, _AUTOMATIC)
 
     def _origin_row(
         self, item: Item, path: str
@@ -335,6 +353,8 @@ class Page:
         self._session.choice = Choice(self._policy.value, self._session.choice.sources)
 
     def _source_chosen(self, event: Any) -> None:
+        if event.client is None:  # not by somebody, but by `_offer_sources`
+            return
         chosen = self._source.value
         kept = dict(self._session.choice.sources)
         handle = self._handles.get(self._selected or "")
@@ -402,8 +422,7 @@ def _in_url(host: str) -> str:
 
 
 def _quoted(problem: str) -> str:
-    escaped = "".join(f"\\{c}" if c in "\\`*_{}[]<>()#+-.!|" else c for c in problem)
-    return f"⚠ {escaped}"
+    return "".join(f"\\{c}" if c in "\\`*_{}[]<>()#+-.!|" else c for c in problem)
 
 
 def _name(source: Source) -> str:

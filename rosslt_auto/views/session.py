@@ -211,6 +211,8 @@ class Session:
         try:
             self._set([change_of(one.source, one.new, one.old) for one in last])
         except (ChangeRefused, NoAnswer) as reason:
+            with self._lock:
+                self._undo.append(last)
             return f"not undone: {reason}"
         return "undone: " + ", ".join(
             f"{one.source.hint} {one.new!r} → {one.old!r}" for one in last

@@ -1,6 +1,6 @@
 """The README's pictures from the browser test's screenshots.
 
-    make test-browser ARGS="-k drag_changes" SCREENSHOTS=shots
+    make test-browser SCREENSHOTS=shots
     python tests/tools/make_pictures.py shots docs
 
 needs Pillow, which viser brings along.
@@ -11,9 +11,9 @@ from pathlib import Path
 
 from PIL import Image
 
-FRAMES = ["scene", *(f"drag{step}" for step in range(1, 9)), "dragged"]
+FRAMES = ["origin", *(f"drag{step}" for step in range(1, 9)), "dragged"]
 MILLISECONDS = [1200, *(250 for _ in range(7)), 900, 1800]
-COLOURS = 96
+COLOURS = 128
 WIDTH = 800
 
 
@@ -24,14 +24,14 @@ def reduced(path: Path, width: int | None = None) -> Image.Image:
     if width is not None:
         size = (width, round(picture.height * width / picture.width))
         picture = picture.resize(size, Image.Resampling.LANCZOS)
-    return picture.quantize(COLOURS, dither=Image.Dither.NONE)
+    return picture.quantize(COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
 
 
 def main(shots: Path, target: Path) -> None:
     """Writes the screenshot and the animation, and says how large they are."""
     target.mkdir(exist_ok=True)
     still = target / "page.png"
-    reduced(shots / "dragged.png").save(still, optimize=True)
+    reduced(shots / "origin.png").save(still, optimize=True)
     moving = target / "drag.gif"
     first, *others = [reduced(shots / f"{name}.png", WIDTH) for name in FRAMES]
     first.save(

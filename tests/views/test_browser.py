@@ -22,7 +22,9 @@ pytest.importorskip("playwright.sync_api")
 import numpy as np
 from geometry_msgs.msg import Pose
 from playwright.sync_api import sync_playwright
+from visualization_msgs.msg import Marker
 
+from rosslt_auto.views.browser import CAMERA
 from support.domains import reserved_domain
 from support.observer import Observer, Recording
 from support.process import SAMPLES, Program, environment, start
@@ -40,7 +42,7 @@ SHOTS = os.environ.get("SCREENSHOTS")
 
 NODES = ("interactive_script.py", "slt_trajectory.py", "slt_quad.py")
 TOPICS = ("/trajectory_marker", "/quad_marker")
-PATIENCE = 120.0
+PATIENCE = 60.0
 
 ARGUMENTS = [
     "--no-sandbox",
@@ -48,6 +50,11 @@ ARGUMENTS = [
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
     "--ignore-gpu-blocklist",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-quic",
+    "--no-first-run",
 ]
 
 MISSION = """\
@@ -59,99 +66,171 @@ def mission(goto):
 """
 
 
+Place = tuple[float, float, float]
+
+
 @dataclass
 class Page:
     """The page, and what goes on behind it."""
 
     tab: Any
     mission: Path
+    script: Program
+    observer: Observer
     target: Recording
     quad: Recording
+    curve: Recording
 
     def shoot(self, name: str) -> None:
         if SHOTS:
             self.tab.screenshot(path=os.path.join(SHOTS, f"{name}.png"), timeout=90_000)
 
     def pixel(self, x: float, y: float, z: float) -> tuple[float, float]:
-        """Where a place is seen, as long as nobody has moved the camera (see `browser`)."""
+        """Where a place is seen, as long as nobody has moved the camera."""
         box = self.tab.locator("canvas").first.bounding_box()
-        camera, centre = np.array((3.5, -4.5, 4.0)), np.array((0.5, 1.0, 1.0))
+        camera, centre = np.array(CAMERA.position), np.array(CAMERA.look_at)
         ahead = (centre - camera) / np.linalg.norm(centre - camera)
         right = np.cross(ahead, (0.0, 0.0, 1.0))
         right /= np.linalg.norm(right)
         up = np.cross(right, ahead)
         away = np.array((x, y, z)) - camera
-        zoom = box["height"] / 2 / math.tan(math.radians(75.0) / 2) / (away @ ahead)
+        zoom = box["height"] / 2 / math.tan(CAMERA.field_of_view / 2) / (away @ ahead)
         return (
             box["x"] + box["width"] / 2 + zoom * (away @ right),
             box["y"] + box["height"] / 2 - zoom * (away @ up),
         )
 
-    def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
-        """With the mouse, without letting go."""
+    def drag(self, start: Place, end: Place, frames: str = "") -> None:
+        """With the mouse, from one place to another, without letting go."""
         mouse = self.tab.mouse
-        mouse.move(*start)
+        a, b = self.pixel(*start), self.pixel(*end)
+        mouse.move(*a)
         self.tab.wait_for_timeout(500)
         mouse.down()
         for step in range(1, 9):
-            mouse.move(*(a + (b - a) * step / 8 for a, b in zip(start, end, strict=True)))
+            mouse.move(*(p + (q - p) * step / 8 for p, q in zip(a, b, strict=True)))
             self.tab.wait_for_timeout(100)
+            if frames:
+                self.shoot(f"{frames}{step}")
+
+    def click(self, place: Place) -> None:
+        self.tab.mouse.move(*self.pixel(*place))
+        self.tab.wait_for_timeout(500)
+        self.tab.mouse.down()
+        self.tab.mouse.up()
+
+    def marker(self, number: int) -> Any:
+        """The next message of the curve (0), its control point (1), its end (2)."""
+        return self.curve.until(lambda marker: marker.id == number, since=len(self.curve))
 
     def mark(self, parameter: str, kind: str) -> Any:
         """The value of a literal in the code panel."""
         return self.tab.locator(f'mark.{kind}[title^="rosslt.{parameter} "]').first
 
+    def press(self, button: str) -> None:
+        self.tab.get_by_role("button", name=button).last.click()
+
+    def choose(self, what: str, option: str) -> None:
+        """An option of a dropdown."""
+        self.tab.get_by_label(what).first.click()
+        self.tab.get_by_role("option", name=option).first.click()
+
+    def undo_all(self) -> None:
+        """Until the literals are what they were."""
+        changed = self.tab.locator("mark.changed")
+
+        def nothing_left() -> bool:
+            if not changed.count():
+                return True
+            self.press("Undo")
+            self.tab.wait_for_timeout(500)
+            return False
+
+        wait_until(nothing_left, "all is undone", PATIENCE)
+
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    folder = tmp_path_factory.mktemp("nodes")
+    folder = tmp_path_factory.mktemp("flight") / "sample_nodes"
+    folder.mkdir()
     for name in NODES:
         shutil.copy(SAMPLES / name, folder)
     mission = folder / "mission.py"
     mission.write_text(MISSION)
     with ExitStack() as stack:
         domain = stack.enter_context(reserved_domain())
-        for name in NODES:
+        script, *_ = [
             stack.enter_context(start(folder / name, domain=domain, instrumented=True))
+            for name in NODES
+        ]
         command = [sys.executable, "-m", "rosslt_auto", "view", *TOPICS]
-        view = stack.enter_context(Program(command, environment(domain)))
+        view = stack.enter_context(Program(command, environment(domain), cwd=folder.parent))
         observer = stack.enter_context(Observer(domain))
         target, quad = observer.record(Pose, "target_pose"), observer.record(Pose, "quad_pose")
+        curve = observer.record(Marker, "trajectory_marker")
         [address] = view.stdout.matching("^http://", deadline=60.0)
         playwright = stack.enter_context(sync_playwright())
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
         stack.callback(browser.close)
-        tab = browser.new_page(viewport={"width": 1000, "height": 560})
-        tab.set_default_timeout(PATIENCE * 1000)
-        tab.goto(address)
-        tab.get_by_text("BULGE").first.wait_for()
+        tab = _tab(browser, address)
         quad.until(lambda pose: pose.position.x == 2.0, deadline=PATIENCE)
         tab.wait_for_timeout(3000)  # drawn, in software, with nothing to ask whether it is
-        yield Page(tab, mission, target, quad)
+        yield Page(tab, mission, script, observer, target, quad, curve)
+
+
+def _tab(browser: Any, address: str) -> Any:
+    """A page of its own, without the remark that it is drawn in software."""
+    tab = browser.new_page(viewport={"width": 1000, "height": 560})
+    tab.set_default_timeout(PATIENCE * 1000)
+    tab.goto(address)
+    tab.get_by_text("BULGE").first.wait_for()
+    tab.add_style_tag(content=".mantine-Notifications-root { display: none }")
+    return tab
 
 
 def test_the_page_shows_the_code_with_its_literals(page: Page) -> None:
-    marked = page.tab.locator("mark").all_inner_texts()
-    assert {"1.5", "2.0", "0.5", "0.8", "1.0"} <= set(marked)
-    page.shoot("scene")
+    wait_until(
+        lambda: (
+            {"1.5", "2.0", "0.5", "0.8", "1.0"} <= set(page.tab.locator("mark").all_inner_texts())
+        ),
+        "the literals are marked",
+        PATIENCE,
+    )
+
+
+def _control_point(page: Page) -> Place:
+    at = page.marker(1).pose.position
+    return at.x, at.y, at.z
+
+
+def _click_control_point(page: Page) -> None:
+    x, y, z = _control_point(page)
+    page.click((x - 0.05, y - 0.05, z - 0.05))
+    page.tab.get_by_text("/trajectory_marker pose.position").first.wait_for()
+
+
+def test_a_click_shows_the_origin(page: Page) -> None:
+    _click_control_point(page)
+    page.tab.get_by_text("slt_trajectory.py:").first.wait_for()
+    page.shoot("origin")
 
 
 def test_a_drag_changes_the_literal_and_all_that_follows_from_it(page: Page) -> None:
     # The arrow along x of the quadcopter at (2, 0.5, 1.5).
-    page.drag(page.pixel(2.6, 0.5, 1.5), page.pixel(3.3, 0.5, 1.5))
+    page.drag((2.6, 0.5, 1.5), (3.3, 0.5, 1.5), frames="drag")
     live = page.mark("mission.mission.goto", "live")
     live.wait_for()
-    page.shoot("drag")
     page.tab.mouse.up()
 
     changed = page.mark("mission.mission.goto", "changed")
     changed.wait_for()
     shown = float(changed.inner_text())
     assert 2.4 < shown < 3.0
-    [target] = page.target.next()
-    assert target.position.x == pytest.approx(shown, rel=1e-5)
-    assert (target.position.y, target.position.z) == (0.5, 1.5)
+    for target in page.target.next(10):  # it does not snap back
+        assert target.position.x == pytest.approx(shown, rel=1e-5)
+        assert (target.position.y, target.position.z) == (0.5, 1.5)
     page.quad.until(lambda pose: pose.position.x == target.position.x)
+    assert page.marker(2).pose.position.x == target.position.x
     assert page.mission.read_text() == MISSION
     page.shoot("dragged")
 
@@ -159,9 +238,109 @@ def test_a_drag_changes_the_literal_and_all_that_follows_from_it(page: Page) -> 
 
 
 def test_undo_takes_it_back(page: Page) -> None:
-    page.tab.get_by_role("button", name="Undo").click()
+    page.press("Undo")
     page.target.until(lambda pose: pose.position.x == 2.0, since=len(page.target))
     wait_until(lambda: not page.tab.locator("mark.changed").count(), "the panel shows it")
+    page.quad.until(lambda pose: pose.position.x == 2.0, since=len(page.quad), deadline=PATIENCE)
+
+
+def _lift_control_point(page: Page) -> None:
+    """By its arrow along z."""
+    x, y, z = _control_point(page)
+    page.drag((x, y, z + 0.35), (x, y, z + 0.8))
+    page.tab.mouse.up()
+
+
+def test_the_source_can_be_chosen(page: Page) -> None:
+    _click_control_point(page)
+    page.choose("Change", "z: HEIGHT")
+    _lift_control_point(page)
+    page.mark("mission.HEIGHT", "changed").wait_for()
+    assert not page.mark("slt_trajectory.BULGE", "changed").count()
+    page.target.until(lambda pose: abs(pose.position.z - 1.5) > 0.05, since=len(page.target))
+    page.undo_all()
+    page.choose("Change", "automatic")
+
+
+def test_a_policy_can_be_chosen(page: Page) -> None:
+    page.choose("Policy", "least-change")
+    _lift_control_point(page)
+    page.mark("mission.HEIGHT", "changed").wait_for()
+    page.mark("slt_trajectory.BULGE", "changed").wait_for()
+    page.undo_all()
+    page.choose("Policy", "left")
+
+
+def test_points_of_the_curve_can_be_dragged(page: Page) -> None:
+    # Elsewhere, so that there is a curve between the points of which nothing else is.
+    page.mission.write_text(MISSION.replace("2.0", "-1.0"))
+    page.quad.until(lambda pose: pose.position.x == -1.0, since=len(page.quad), deadline=PATIENCE)
+    page.tab.wait_for_timeout(2000)
+    point = page.marker(0).points[10]
+    page.click((point.x, point.y, point.z))
+    page.tab.get_by_text("points[10]").first.wait_for()
+    page.tab.wait_for_timeout(1000)
+    page.drag((point.x, point.y, point.z + 0.35), (point.x, point.y, point.z + 0.7))
+    page.tab.mouse.up()
+    page.tab.locator("mark.changed").first.wait_for()
+    page.shoot("point")
+    assert page.marker(0).points[10] != point
+    page.undo_all()
+    page.mission.write_text(MISSION)
+    page.quad.until(lambda pose: pose.position.x == 2.0, since=len(page.quad), deadline=PATIENCE)
+
+
+def test_what_can_be_turned_has_a_ring(page: Page) -> None:
+    def on_ring(angle: float) -> Place:
+        return 2.0 + 0.468 * math.cos(angle), 0.5 + 0.468 * math.sin(angle), 1.5
+
+    page.quad.until(lambda pose: pose.position.z == 1.5, since=len(page.quad))
+    page.tab.wait_for_timeout(1000)
+    page.drag(on_ring(0.8 + math.pi / 4), on_ring(0.3 + math.pi / 4))
+    page.tab.mouse.up()
+    changed = page.mark("mission.mission.yaw", "changed")
+    changed.wait_for()
+    assert float(changed.inner_text()) < 0.7
+    page.undo_all()
+
+
+def test_two_browsers_see_the_same_and_one_may_go_while_it_drags(page: Page) -> None:
+    other = Page(**vars(page) | {"tab": _tab(page.tab.context.browser, page.tab.url)})
+    other.tab.wait_for_timeout(3000)
+    other.drag((2.6, 0.5, 1.5), (3.3, 0.5, 1.5))
+    page.mark("mission.mission.goto", "live").wait_for()
+    other.tab.close()
+    page.mark("mission.mission.goto", "changed").wait_for()
+    page.undo_all()
+    page.quad.until(lambda pose: pose.position.x == 2.0, since=len(page.quad), deadline=PATIENCE)
+
+
+def test_save_shows_the_diff_and_writes_the_file(page: Page) -> None:
+    page.tab.wait_for_timeout(1000)
+    page.drag((2.6, 0.5, 1.5), (3.0, 0.5, 1.5))  # nobody else holds the handle any more
+    page.tab.mouse.up()
+    changed = page.mark("mission.mission.goto", "changed")
+    changed.wait_for()
+    page.press("Save …")
+    page.tab.get_by_text("-    goto(2.0, 0.5, HEIGHT, yaw=0.8)").first.wait_for()
+    page.shoot("save")
+    assert page.mission.read_text() == MISSION
+    page.press("Save")
+    page.tab.get_by_text("saved 1 value in mission.py").first.wait_for()
+    before, after = MISSION.split("2.0")
+    text = page.mission.read_text()
+    assert text.startswith(before) and text.endswith(after)
+    written = float(text.removeprefix(before).removesuffix(after))
+    assert page.target.next()[0].position.x == written > 2.1
+    wait_until(lambda: not page.tab.locator("mark.changed").count(), "nothing is left to save")
+
+
+def test_a_marker_that_cannot_be_shown_is_said(page: Page) -> None:
+    publisher = page.observer.publisher(Marker, "trajectory_marker", subscribers=2)
+    publisher.publish(Marker(ns="strange", type=77))
+    page.tab.get_by_text("unknown marker type 77").first.wait_for()
+    publisher.publish(Marker(ns="strange", action=Marker.DELETE))
+    wait_until(lambda: not page.tab.get_by_text("type 77").count(), "it is gone", PATIENCE)
 
 
 def test_a_broken_mission_is_shown_and_the_last_good_one_goes_on(page: Page) -> None:
@@ -174,3 +353,16 @@ def test_a_broken_mission_is_shown_and_the_last_good_one_goes_on(page: Page) -> 
     wait_until(
         lambda: not page.tab.locator(".rosslt .error").count(), "the error is gone", PATIENCE
     )
+
+
+def test_a_node_may_end_while_one_drags(page: Page) -> None:
+    page.mission.write_text(MISSION)
+    page.quad.until(lambda pose: pose.position.x == 2.0, since=len(page.quad), deadline=PATIENCE)
+    page.tab.wait_for_timeout(1000)
+    page.drag((2.6, 0.5, 1.5), (3.0, 0.5, 1.5))
+    page.script.kill()
+    page.tab.mouse.move(*page.pixel(3.3, 0.5, 1.5))
+    page.tab.get_by_text("/interactive_script").first.wait_for()
+    page.shoot("ended")
+    page.tab.mouse.up()
+    page.tab.get_by_text("BULGE").first.wait_for()  # the page goes on
