@@ -30,6 +30,7 @@ _ENGINE_FILES = (
     "plain.py", "naming.py", "arithmetic.py", "operations.py", "calls.py", "file_calls.py",
     "statistics_calls.py", "call_sites.py", "walk.py", "interpolations.py", "remarks.py",
     "statements.py", "expressions.py", "rewriter.py",
+    os.path.join(os.pardir, "provenance", "tokens.py"),
     os.path.join(os.pardir, "provenance", "truth_sites.py"),
 )  # fmt: skip
 

@@ -8,27 +8,9 @@ must not be called like a function or class beside it.
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Collection, Iterable, Iterator
 
-_FORBIDDEN = re.compile(r"[^A-Za-z0-9_]")
-
-
-def token(name: str) -> str:
-    """`name` as one token of a parameter name: ``__init__`` becomes ``init``."""
-    cleaned = _FORBIDDEN.sub("_", name)
-    if cleaned.startswith("__"):
-        if cleaned.endswith("__"):
-            cleaned = cleaned[:-2]
-        cleaned = cleaned.lstrip("_") or "_"
-    return f"_{cleaned}" if cleaned[:1].isdigit() else cleaned or "_"
-
-
-def module_tokens(module: str, path: str) -> str:
-    """The dotted middle of the names for a module; a script goes by its file's name."""
-    if module in ("__main__", "__mp_main__", "<run_path>"):
-        module = os.path.splitext(os.path.basename(path))[0].replace(".", "_")
-    return ".".join(token(part) for part in module.split("."))
+from ..provenance.tokens import module_tokens, token
 
 
 def submodules(path: str) -> frozenset[str]:

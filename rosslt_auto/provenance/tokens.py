@@ -1,4 +1,7 @@
-"""Parameter names of sources that are no literals (contract: Locations and parameters)."""
+"""Tokens of parameter names, and the names of sources that are no literals.
+
+(Contract: Locations and parameters. Names of literals are given in `instrument.naming`.)
+"""
 
 from __future__ import annotations
 
@@ -19,13 +22,17 @@ def token(name: str) -> str:
     return f"_{cleaned}" if cleaned[:1].isdigit() else cleaned or "_"
 
 
-def module_prefix(frame: FrameType) -> str:
-    """``rosslt.<module>`` for the module that a frame runs; a script goes by its file's name."""
-    module = frame.f_globals.get("__name__") or "__main__"
+def module_tokens(module: str, path: str) -> str:
+    """The dotted middle of the names for a module; a script goes by its file's name."""
     if module in ("__main__", "__mp_main__"):
-        stem = os.path.splitext(os.path.basename(frame.f_code.co_filename))[0]
-        return f"rosslt.{token(stem)}"
-    return ".".join(("rosslt", *map(token, str(module).split("."))))
+        return token(os.path.splitext(os.path.basename(path))[0])
+    return ".".join(map(token, module.split(".")))
+
+
+def module_prefix(frame: FrameType) -> str:
+    """``rosslt.<module>`` for the module that a frame runs."""
+    module = str(frame.f_globals.get("__name__") or "__main__")
+    return f"rosslt.{module_tokens(module, frame.f_code.co_filename)}"
 
 
 def calling_frame() -> FrameType | None:

@@ -7,8 +7,9 @@ from textwrap import dedent
 
 import pytest
 
-from rosslt_auto.instrument.naming import module_scope, module_tokens, submodules, token
+from rosslt_auto.instrument.naming import module_scope, submodules
 from rosslt_auto.instrument.rewriter import rewrite
+from rosslt_auto.provenance.tokens import module_tokens, token
 
 
 def names(source: str, module: str = "m", path: str = "/x/m.py", reserved=()) -> list[str]:
