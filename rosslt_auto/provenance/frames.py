@@ -40,7 +40,7 @@ def _never_complete(code: CodeType) -> CodeType:
     instructions += bytes([_RESUME, 0]) + _instruction("JUMP_BACKWARD", rest + 3)
     return code.replace(
         co_code=bytes(instructions),
-        co_linetable=bytes([0b1_1111_000]) + code.co_linetable,  # one instruction, no position
+        co_linetable=_place(0, 1) + code.co_linetable + _first_line(code, 3),
         co_exceptiontable=_moved(code.co_exceptiontable, 1),
     )
 
@@ -48,6 +48,22 @@ def _never_complete(code: CodeType) -> CodeType:
 def _instruction(name: str, argument: int) -> bytes:
     high, low = divmod(argument, 256)
     return bytes([dis.opmap["EXTENDED_ARG"], high, dis.opmap[name], low])
+
+
+def _first_line(code: CodeType, length: int) -> bytes:
+    """An entry for instructions behind `code`: they stand in its first line."""
+    lines = [line for _, _, line in code.co_lines() if line is not None]
+    return _place(code.co_firstlineno - (lines[-1] if lines else code.co_firstlineno), length)
+
+
+def _place(delta: int, length: int) -> bytes:
+    """An entry of a table of lines (CPython's `Objects/locations.md`), without columns."""
+    entry = [0b1_1101_000 | length - 1]
+    number = abs(delta) << 1 | (delta < 0)
+    while number > 0b11_1111:
+        entry.append(number & 0b11_1111 | 0b100_0000)
+        number >>= 6
+    return bytes([*entry, number])
 
 
 def _moved(table: bytes, by: int) -> bytes:
