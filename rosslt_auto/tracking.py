@@ -30,8 +30,9 @@ def tracked_module(thing: T) -> T:
     Values reach ROS messages as under ``python -m rosslt_auto run``, from nodes that are made
     later. Applied again, or to code that is instrumented already, it does nothing.
 
-    Raises TypeError for anything but a class, a function or a module. Code whose source cannot be
-    found, or is not what was loaded, stays plain, which is said once.
+    Code whose source cannot be found, or is not what was loaded, is instrumented as well; what it
+    has evaluated already stays plain. Raises TypeError for anything but a class, a function or a
+    module.
     """
     if subinterpreters.refuses():
         return thing

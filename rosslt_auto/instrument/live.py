@@ -9,21 +9,23 @@ from __future__ import annotations
 import contextlib
 import gc
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 from weakref import WeakKeyDictionary
 
 from ..provenance.locations import Literals, registered
 from . import array_calls, hook
+from .code_objects import instrumented_function_code, is_instrumented
 from .errors import NotInstrumented, NotParsed
+from .evaluated import Evaluated
 from .reachable import (
     classes_within,
     functions_behind,
     functions_of_class,
     functions_of_module,
 )
-from .rewoven import Rewoven, compiler_of, forget, is_rewritten, rewoven
+from .rewoven import Rewoven, compiler_of, forget, rewoven
 
 
 def instrument(thing: Any, caller: str | None = None) -> None:
@@ -32,8 +34,8 @@ def instrument(thing: Any, caller: str | None = None) -> None:
     thing   what is behind decorators is found: wrappers, properties, partial functions
     caller  the file that asks: of a decorated function, what stands there is meant
 
-    Raises TypeError for anything else. Where something cannot be instrumented it stays plain, which
-    is said once.
+    Where there is no source, or another one than was loaded, the code itself is rewritten.
+    Raises TypeError for anything else. What cannot be instrumented stays plain, which is said once.
     """
     array_calls.install()
     if isinstance(thing, ModuleType):
@@ -64,14 +66,15 @@ def _innermost(function: Any) -> FunctionType:
 
 def _module(module: ModuleType) -> None:
     path = getattr(module, "__file__", None)
-    if not isinstance(path, str) or not path.endswith(".py"):
-        raise TypeError(f"module {module.__name__} was not loaded from a source file")
+    functions = [f for f in functions_of_module(module) if not _is_generated(f)]
+    if not isinstance(path, str) or not (functions or path.endswith(".py")):
+        raise TypeError(f"module {module.__name__} has no Python code")
     if (module.__name__, path) in hook.loaded:
         return
-    _functions(f for f in functions_of_module(module) if f.__code__.co_filename == path)
-    names = vars(module)
-    with _said_once(module.__name__, path):
-        evaluated = rewoven(module.__name__, path).evaluated
+    _functions(functions)
+    evaluated = _evaluated(module.__name__, path)
+    if evaluated is not None:
+        names = vars(module)
         evaluated.track_globals(names)
         for cls in [one for one in names.values() if isinstance(one, type)]:
             if cls.__module__ == module.__name__:
@@ -83,35 +86,51 @@ def _class(cls: type) -> None:
     functions = functions_of_class(cls)
     file = getattr(sys.modules.get(cls.__module__), "__file__", None)
     path = functions[0].__code__.co_filename if functions else file
-    if path is None or (cls.__module__, path) in hook.loaded:
-        return
-    _functions(functions)
-    with _said_once(cls.__module__, path):
-        rewoven(cls.__module__, path).evaluated.track_attributes(cls)
+    if path is not None and (cls.__module__, path) not in hook.loaded:
+        _functions(functions)
+        evaluated = _evaluated(cls.__module__, path)
+        if evaluated is not None:
+            evaluated.track_attributes(cls)
+
+
+def _is_generated(function: FunctionType) -> bool:
+    """Whether a function was made by a library from a text (dataclasses, attrs)."""
+    return function.__code__.co_filename.startswith("<")
+
+
+def _evaluated(module: str, path: str) -> Evaluated | None:
+    """What a source says of names that are bound already, None if there is none."""
+    try:
+        return rewoven(module, path).evaluated
+    except (NotParsed, NotInstrumented):
+        return None
 
 
 def _functions(functions: Iterable[FunctionType]) -> None:
     for function in functions:
         code = function.__code__
         module, path = function.__globals__.get("__name__", ""), code.co_filename
-        if (module, path) in hook.loaded or is_rewritten(code):
+        if (module, path) in hook.loaded or is_instrumented(code):
             continue
-        with _said_once(module, path):
-            made = rewoven(module, path)
-            new = made.rewritten.get(code)
-            if new is None:
-                raise NotInstrumented(f"{code.co_qualname} was not made from what the file is now")
-            function.__code__ = new
-            _plain[function] = code
-            made.evaluated.track_defaults(function)
+        try:
+            new, evaluated = _rewritten(code, module, path)
+        except NotInstrumented as error:
+            hook.say_once(module, path, error)
+            continue
+        function.__code__ = new
+        _plain[function] = code
+        if evaluated is not None:
+            evaluated.track_defaults(function)
 
 
-@contextlib.contextmanager
-def _said_once(module: str, path: str) -> Iterator[None]:
-    try:
-        yield
-    except (NotParsed, NotInstrumented) as error:
-        hook.say_once(module, path, error)
+def _rewritten(code: CodeType, module: str, path: str) -> tuple[CodeType, Evaluated | None]:
+    """Code that was made from the source, else from the code itself. Raises NotInstrumented."""
+    with contextlib.suppress(NotParsed, NotInstrumented):
+        made = rewoven(module, path)
+        if code in made.rewritten:
+            return made.rewritten[code], made.evaluated
+    # There is no source, or it is not what was loaded.
+    return instrumented_function_code(code, module), None
 
 
 # ---------------------------------------------------------------- and back
@@ -122,7 +141,7 @@ _plain: WeakKeyDictionary[FunctionType, CodeType] = WeakKeyDictionary()
 def restore() -> None:
     """Gives all functions plain code again, also those that the import hook has instrumented."""
     for function, code in list(_plain.items()):
-        if is_rewritten(function.__code__):
+        if is_instrumented(function.__code__):
             function.__code__ = code
     _plain.clear()
     files = {(one.module, one.file): one for one in registered()}

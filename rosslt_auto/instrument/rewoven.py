@@ -77,13 +77,6 @@ def forget() -> None:
     _files.clear()
 
 
-def is_rewritten(code: CodeType) -> bool:
-    """Whether code, or what is nested in it, reads a table of literals or calls us."""
-    return any(name.startswith(tables.PREFIX) for name in code.co_names) or any(
-        is_rewritten(const) for const in code.co_consts if isinstance(const, CodeType)
-    )
-
-
 def _version(path: str) -> object:
     try:
         status = os.stat(path)

@@ -56,9 +56,15 @@ def _describe(infos: bytes) -> list[LiteralInfo]:
 
 def withdraw() -> None:
     """Takes out of `builtins` what no code reads any more."""
-    used: set[str] = set()
-    for code in _codes_in_use():
-        _collect(code, used)
+    from .code_objects import nested  # which needs this module
+
+    used = {
+        name
+        for code in _codes_in_use()
+        for one in nested(code)
+        for name in one.co_names
+        if name.startswith(PREFIX)
+    }
     names = {name for name in vars(builtins) if name.startswith(PREFIX)} - used
     for name in names:
         delattr(builtins, name)
@@ -83,11 +89,3 @@ def _codes_in_use() -> Iterator[CodeType]:
         while frame is not None:
             yield frame.f_code
             frame = frame.f_back
-
-
-def _collect(code: CodeType, names: set[str]) -> None:
-    """Adds those of our names that a code, or what is nested in it, reads."""
-    names.update(name for name in code.co_names if name.startswith(PREFIX))
-    for const in code.co_consts:
-        if isinstance(const, CodeType):
-            _collect(const, names)

@@ -7,7 +7,6 @@ import functools
 import importlib
 import importlib.util
 import inspect
-import logging
 import pickle
 import sys
 import textwrap
@@ -302,21 +301,26 @@ def test_a_file_is_rewritten_once(load, monkeypatch) -> None:
     assert len(count) == 1
 
 
-def test_a_file_that_has_changed_is_not_used(load, tmp_path: Path, caplog) -> None:
-    module = load("def f(): return 0.5\ndef g(): return 1.5\n")
-    (tmp_path / "decorated.py").write_text("def f(): return 0.5\ndef g():\n    return 2.5\n")
-    hook._warned.discard("decorated")
-    with caplog.at_level(logging.WARNING):
-        tracked_module(module)
-        tracked_module(module)
+@pytest.mark.parametrize("text", [None, "def f(): return 0.5\ndef g(k=3.5):\n    return 2.5\n"])
+def test_source_that_is_gone_or_another_one(load, tmp_path: Path, text: str | None) -> None:
+    module = load("def f(): return 0.5\ndef g(k=3.5): return 1.5 + k\n")
+    if text is None:
+        (tmp_path / "decorated.py").unlink()
+    else:
+        (tmp_path / "decorated.py").write_text(text)
+    tracked_module(module)
+    code = module.g.__code__
+    tracked_module(module)
+    assert module.g.__code__ is code
+    assert (module.f(), module.g()) == (0.5, 5.0)
+    [(name, line, _)] = places(module.g())
+    assert (name.rpartition(".")[0], line) == ("rosslt.decorated.g", 2)
     assert is_tracked(module.f())
-    assert module.g() == 1.5
-    assert caplog.text.count("decorated.py") == 1
 
 
 @pytest.mark.parametrize("thing", [0.5, "text", None, {}, sys])
 def test_anything_else_is_refused(thing: Any) -> None:
-    with pytest.raises(TypeError, match=r"tracked_module|source"):
+    with pytest.raises(TypeError, match=r"tracked_module|Python code"):
         tracked_module(thing)
 
 
