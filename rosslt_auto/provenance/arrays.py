@@ -108,10 +108,20 @@ def uninstall() -> None:
 
 
 def _hide_all(hide: Callable[[FunctionType], Any]) -> None:
-    from . import array_algebra, array_functions
+    from . import (
+        array_algebra,
+        array_functions,
+        array_methods,
+        array_moving,
+        array_reductions,
+        array_ufuncs,
+    )
 
     tables: list[Any] = [vars(TrackedArray), *map(vars, array_scalars.CLASSES.values())]
-    modules = (array_type, array_calls, array_scalars, array_functions, array_algebra)
+    modules = (
+        array_type, array_calls, array_scalars, array_functions, array_algebra, array_methods,
+        array_moving, array_reductions, array_ufuncs,
+    )  # fmt: skip
     tables += [vars(module) for module in modules]
     tables += [FUNCTIONS, REDUCTIONS, ADVICE]
     for function in [function for table in tables for function in table.values()]:
