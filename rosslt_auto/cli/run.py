@@ -48,7 +48,7 @@ def main(words: Sequence[str]) -> int:
 
         return rewritten.show(command)
 
-    from rosslt_auto import processes
+    from rosslt_auto import processes, startup
     from rosslt_auto.instrument import runner, subinterpreters
     from rosslt_auto.instrument.selection import Selection
     from rosslt_auto.ros import weave
@@ -60,7 +60,7 @@ def main(words: Sequence[str]) -> int:
         command.target,
         command.arguments,
         as_module=command.as_module,
-        selection=Selection(patterns=command.modules, excludes=command.excluded),
+        selection=Selection([*command.modules, *startup.patterns()], command.excluded),
     )
     if status:
         _explain(getattr(sys, "last_value", None))
