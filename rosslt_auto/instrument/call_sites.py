@@ -10,6 +10,7 @@ import ast
 
 from ..provenance.array_names import CALLS as ARRAY_CALLS
 from .calls import CALL, CALL_1, CALL_2
+from .executed import CALL_EXECUTE
 from .file_calls import CALL_FILE, FILE_CALLS
 from .statistics_calls import CALL_STATISTICS, STATISTICS_CALLS
 
@@ -38,6 +39,9 @@ MATH_CALLS = STATISTICS_CALLS | frozenset(
 Not floor, ceil, trunc and prod, which ask the operand's own methods; nor those with truth values
 as results, which take a tracked number like a plain one.
 """
+
+EXECUTION_CALLS = frozenset({"exec", "eval"})
+"""Builtins that execute what may be a text."""
 
 METHOD_CALLS = MATH_CALLS | ARRAY_CALLS | FILE_CALLS
 """Last names of functions that are called as attributes, and may be rewritten."""
@@ -78,6 +82,14 @@ def array_helper(node: ast.Call, name: str) -> str | None:
 def file_helper(node: ast.Call, name: str) -> str | None:
     """The same for a function or method that may read a file."""
     return CALL_FILE if name in FILE_CALLS and not _is_spread(node) else None
+
+
+def execution_helper(node: ast.Call) -> str | None:
+    """The same for what may be `exec` or `eval`."""
+    plain_shape = not node.keywords and not any(isinstance(arg, ast.Starred) for arg in node.args)
+    if not plain_shape or not 1 <= len(node.args) <= 3 or _is_spread(node):
+        return None
+    return CALL_EXECUTE
 
 
 def _is_spread(node: ast.Call) -> bool:

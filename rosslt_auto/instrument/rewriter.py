@@ -18,7 +18,15 @@ from typing import Any, NamedTuple
 
 from ..provenance.locations import LiteralInfo
 from ..provenance.truth_sites import TruthSites
-from .call_sites import MATH_CALLS, array_helper, call_helper, file_helper, root_name
+from .call_sites import (
+    EXECUTION_CALLS,
+    MATH_CALLS,
+    array_helper,
+    call_helper,
+    execution_helper,
+    file_helper,
+    root_name,
+)
 from .expressions import ExpressionWalk
 from .naming import Scope, parameter_names
 from .remarks import Remarks
@@ -114,6 +122,8 @@ class Rewriter(StatementWalk, ExpressionWalk):
             return array_helper(node, self.array_names[func.id])
         if func.id in self.file_names:
             return file_helper(node, self.file_names[func.id])
+        if func.id in EXECUTION_CALLS:
+            return execution_helper(node)
         name = self.called_names.get(func.id)
         return call_helper(node, name) if name is not None else None
 

@@ -19,7 +19,7 @@ from types import (
 
 from ..provenance.locations import LiteralInfo, register_literals, registered
 from ..provenance.strings import Interpolation
-from . import arithmetic, calls, file_calls, statistics_calls
+from . import arithmetic, calls, executed, file_calls, statistics_calls
 from .cache import INTERPOLATIONS, Entry
 
 PREFIX = "@rosslt."
@@ -33,6 +33,7 @@ def publish(entry: Entry, source: bytes | None) -> None:
     """
     arithmetic.publish()
     calls.publish()
+    executed.publish()
     file_calls.publish()
     statistics_calls.publish()
     if entry.values:

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from rosslt_auto.provenance import provenance
-from rosslt_auto.provenance.locations import location_of
+from rosslt_auto.provenance.locations import location_of, registered
 
 PROGRAM = """
     import math
@@ -124,3 +124,49 @@ def test_compiled_scripts_are_tracked(both: Any, tmp_path: Path) -> None:
     plain, ours = both("program.pyc")
     assert plain.stdout == "None\nNone\n"
     assert ours.stdout == "<provenance of 1.0: x * 2>\n<provenance of 1.5: y>\n"
+
+
+EXECUTES = """
+    def f(a):
+        names = {"a": a}
+        exec("b = a * 2.5", names)
+        return names["b"], eval("a + 1.5")
+    exec("GAIN = 0.5")
+    TWICE = eval("GAIN * 2.0")
+    exec(compile("OFFSET = 0.25", "made.py", "exec"))
+    exec("HIDDEN = 4.5", {"__builtins__": {}}, (hidden := {}))
+    def many():
+        made = [eval(f"{i}.5") for i in range(300)]
+        return [type(value) is not float for value in made]
+"""
+
+
+@pytest.mark.parametrize("way", ["source", "code object"])
+def test_executed_texts(packages: Callable[..., Path], way: str) -> None:
+    name = f"under_test_executes_{way[:4]}"
+    if way == "source":
+        packages(**{name: EXECUTES})
+    else:
+        _compiled(packages(), name, EXECUTES)
+    module = importlib.import_module(name)
+    prefix = f"rosslt.{name}"
+    assert _sources(module.GAIN) == [f"{prefix}.executed.GAIN"]
+    assert _sources(module.TWICE) == [f"{prefix}.executed.GAIN", f"{prefix}.executed_2.eval"]
+    assert _sources(module.OFFSET) == [f"{prefix}.executed_3.OFFSET"]
+    assert module.hidden == {"HIDDEN": 4.5}
+    assert _sources(module.hidden["HIDDEN"]) == []
+    first, second = module.f(2.0)
+    assert (first, second) == (5.0, 3.5)
+    assert _sources(first) == [f"{prefix}.executed_4.b"]
+    location_of(f"{prefix}.executed_4.b").change(3.0)
+    assert module.f(2.0)[0] == 6.0
+    location = location_of(f"{prefix}.executed.GAIN")
+    assert (location.file, location.line, location.column) == ("<string>", 1, 7)
+    assert location.literals.content is None  # there is nothing to save to
+
+
+def test_texts_without_end_are_not_remembered(packages: Callable[..., Path]) -> None:
+    packages(under_test_many=EXECUTES)
+    tracked = importlib.import_module("under_test_many").many()
+    assert len(tracked) == 300
+    assert len(registered()) < 300

@@ -217,6 +217,52 @@ PROGRAMS = {
             except ZeroDivisionError as error: return error, sorted(locals()), list(locals())
         print(x, ys, f([1, 2]), f([]), sorted(globals()))
     """,
+    "executed": """
+        from __future__ import annotations
+        import traceback
+        x = 0.5
+        exec('y = x + 1.5; z: undefined = 2')
+        def f(a):
+            b = 2
+            exec('c = a + b; print(sorted(locals()))')
+            print(eval(' a * 2.5 + b'), eval('x'), sorted(locals()), eval('b', {'b': 7}))
+            exec('global w; w = 5')
+            exec('d = 1', globals(), {})
+            names = {'a': 3}
+            exec('e = a + 1\\ndef g(): return e * 2.0', names)
+            print(names['e'], names['g'](), sorted(names))
+            return [eval('q + 1') for q in (1, 2)] if False else eval('len', {})([1])
+        print(y, __annotations__, f(1.5), w, sorted(globals()))
+        def fails(*args, how=exec):
+            try: print(how(*args))
+            except BaseException as error: traceback.print_exc(); print(repr(error))
+        def fails_here(text, *more):
+            try: exec(text)
+            except BaseException: traceback.print_exc()
+            try: eval(text)
+            except BaseException: traceback.print_exc()
+            try: exec(text, *more)
+            except BaseException: traceback.print_exc()
+        fails_here('1 +'); fails_here('1 / 0'); fails_here(5); fails_here('x = ', 5)
+        fails_here('def f(): return 1 / 0\\nf()', {}, []); fails_here('a\\0b')
+        fails_here('print(0.5)', {'__builtins__': {'print': print}})
+        fails_here('nothing', {'__builtins__': {}}); fails_here(b'print(1.5)'); fails_here('')
+        class Names(dict):
+            def __missing__(self, name): print('asked for', name); return 4
+        print(eval('k + 1.5', {}, Names()))
+        exec('print(k + 2.5)', {'print': print}, Names())
+        code = compile('r = [0.5, 1.5]; print(r, x)', 'made.py', 'exec')
+        exec(code); exec(code, dict(globals()))
+        print(eval(compile('x + 2', 'made.py', 'eval')), exec.__name__)
+        fails(); fails('1', 5, how=eval); fails('print(2)')
+        eval, kept = (lambda *a: ('mine', a)), eval
+        print(eval('1'), kept('1.5'))
+        class A:
+            k = 1
+            exec('m = k + 0.5')
+            n = kept('m * 2')
+        print(A.m, A.n, sorted(vars(A)))
+    """,
     "docstring": '''
         """The doc."""
         from __future__ import annotations
