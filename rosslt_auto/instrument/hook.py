@@ -20,7 +20,7 @@ from types import CodeType
 from typing import Any
 
 from ..provenance.frames import unseen
-from . import array_calls, cache, exact_types, run_path, tables
+from . import array_calls, cache, exact_types, pytest_modules, run_path, tables
 from .errors import NotInstrumented, NotNow, NotParsed
 from .selection import Selection
 
@@ -42,6 +42,7 @@ def install(selection: Selection) -> None:
         _selections.append(selection)
     array_calls.install()
     exact_types.install()
+    pytest_modules.install()
     run_path.install()
     for loader in (_SourceLoader, *_WITHOUT_SOURCE):
         if loader not in _originals:
@@ -56,6 +57,7 @@ def uninstall() -> None:
     loaded.clear()
     array_calls.uninstall()
     exact_types.uninstall()
+    pytest_modules.uninstall()
     run_path.uninstall()
     for loader, (original, ours) in list(_originals.items()):
         if vars(loader)["get_code"] is ours:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import marshal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from types import CodeType
 from typing import Any
 
@@ -15,8 +16,12 @@ from .remarks import read
 from .rewriter import Rewritten, rewrite
 
 
-def rewritten_tree(module: str, path: str, source: bytes) -> tuple[ast.Module, str, Rewritten]:
+def rewritten_tree(
+    module: str, path: str, source: bytes, leave: tuple[type[ast.stmt], ...] = ()
+) -> tuple[ast.Module, str, Rewritten]:
     """The rewritten tree of a module, the name of its table, and what is in the table.
+
+    leave  kinds of statements that stay as they are
 
     Raises NotParsed or NotInstrumented.
     """
@@ -28,9 +33,27 @@ def rewritten_tree(module: str, path: str, source: bytes) -> tuple[ast.Module, s
     try:
         remarks = read(source, tree, path)
         scope = module_scope(module, path)
-        return tree, table, rewrite(tree, scope, table, submodules(path), remarks)
+        with _hidden(tree, leave):
+            return tree, table, rewrite(tree, scope, table, submodules(path), remarks)
     except Exception as error:
         raise NotInstrumented(f"{type(error).__name__}: {error}") from error
+
+
+class _Hidden(ast.stmt):
+    """A kind of statement that the rewriter does not know."""
+
+
+@contextlib.contextmanager
+def _hidden(tree: ast.Module, kinds: tuple[type[ast.stmt], ...]) -> Iterator[None]:
+    hidden: list[Any] = (
+        [node for node in ast.walk(tree) if isinstance(node, kinds)] if kinds else []
+    )
+    originals = [node.__class__ for node in hidden]
+    for node in hidden:
+        node.__class__ = _Hidden
+    yield
+    for node, kind in zip(hidden, originals, strict=True):
+        node.__class__ = kind
 
 
 def weave(
