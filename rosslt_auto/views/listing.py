@@ -196,7 +196,7 @@ class Listing:
         ]
 
     def files(self) -> list[SourceFile]:
-        """The files with literals that matter, those that drags change most first."""
+        """The files with literals that matter: those with changed ones, those that drags change."""
         by_file: dict[str, list[Literal]] = {}
         weights: dict[str, int] = {}
         for literal in self.literals():
@@ -209,7 +209,16 @@ class Listing:
         for path in self._errors:
             by_file.setdefault(path, [])
         found = [self._file(path, literals) for path, literals in by_file.items()]
-        return sorted(found, key=lambda one: (not one.errors, -weights.get(one.path, 0), one.path))
+        changed = {path for path, ones in by_file.items() if any(one.differs for one in ones)}
+        return sorted(
+            found,
+            key=lambda one: (
+                not one.errors,
+                one.path not in changed,
+                -weights.get(one.path, 0),
+                one.path,
+            ),
+        )
 
     def look(self) -> None:
         """Notices files that have been changed on the disk."""

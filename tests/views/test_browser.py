@@ -42,7 +42,7 @@ SHOTS = os.environ.get("SCREENSHOTS")
 
 NODES = ("interactive_script.py", "slt_trajectory.py", "slt_quad.py")
 TOPICS = ("/trajectory_marker", "/quad_marker")
-PATIENCE = 60.0
+PATIENCE = 120.0
 
 ARGUMENTS = [
     "--no-sandbox",
@@ -113,11 +113,19 @@ class Page:
             if frames:
                 self.shoot(f"{frames}{step}")
 
-    def click(self, place: Place) -> None:
-        self.tab.mouse.move(*self.pixel(*place))
-        self.tab.wait_for_timeout(500)
-        self.tab.mouse.down()
-        self.tab.mouse.up()
+    def click(self, place: Place, shows: str) -> None:
+        """Until the page shows the text: a slow one may not have drawn what is clicked."""
+        text = self.tab.get_by_text(shows).first
+
+        def clicked() -> bool:
+            self.tab.mouse.move(*self.pixel(*place))
+            self.tab.wait_for_timeout(500)
+            self.tab.mouse.down()
+            self.tab.mouse.up()
+            self.tab.wait_for_timeout(2000)
+            return text.is_visible()
+
+        wait_until(clicked, f"a click shows {shows!r}", PATIENCE)
 
     def marker(self, number: int) -> Any:
         """The next message of the curve (0), its control point (1), its end (2)."""
@@ -175,6 +183,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
         tab = _tab(browser, address)
         quad.until(lambda pose: pose.position.x == 2.0, deadline=PATIENCE)
         tab.wait_for_timeout(3000)  # drawn, in software, with nothing to ask whether it is
+        tab.screenshot(timeout=PATIENCE * 1000)
         yield Page(tab, mission, script, observer, target, quad, curve)
 
 
@@ -205,8 +214,7 @@ def _control_point(page: Page) -> Place:
 
 def _click_control_point(page: Page) -> None:
     x, y, z = _control_point(page)
-    page.click((x - 0.05, y - 0.05, z - 0.05))
-    page.tab.get_by_text("/trajectory_marker pose.position").first.wait_for()
+    page.click((x - 0.05, y - 0.05, z - 0.05), shows="/trajectory_marker pose.position")
 
 
 def test_a_click_shows_the_origin(page: Page) -> None:
@@ -277,8 +285,7 @@ def test_points_of_the_curve_can_be_dragged(page: Page) -> None:
     page.quad.until(lambda pose: pose.position.x == -1.0, since=len(page.quad), deadline=PATIENCE)
     page.tab.wait_for_timeout(2000)
     point = page.marker(0).points[10]
-    page.click((point.x, point.y, point.z))
-    page.tab.get_by_text("points[10]").first.wait_for()
+    page.click((point.x, point.y, point.z), shows="points[10]")
     page.tab.wait_for_timeout(1000)
     page.drag((point.x, point.y, point.z + 0.35), (point.x, point.y, point.z + 0.7))
     page.tab.mouse.up()

@@ -146,6 +146,8 @@ def test_files_that_drags_change_come_first(listing: Listing, tmp_path: Path) ->
     assert [Path(one.path).name for one in listing.files()] == ["a.py", "mission.py"]
     listing.source(source(tmp_path / "mission.py", 1, 9, "height"), 1.5, weight=2)
     assert [Path(one.path).name for one in listing.files()] == ["mission.py", "a.py"]
+    listing.place(literal(other, 1, 4, "x", first=1.0, value=2.0))
+    assert [Path(one.path).name for one in listing.files()] == ["a.py", "mission.py"]
 
 
 def test_nodes_that_let_nobody_change_anything(listing: Listing, file: Path) -> None:
