@@ -11,8 +11,8 @@ from pathlib import Path
 
 from PIL import Image
 
-FRAMES = ["origin", *(f"drag{step}" for step in range(1, 9)), "dragged"]
-MILLISECONDS = [1200, *(250 for _ in range(7)), 900, 1800]
+FRAMES = [*(f"drag{step}" for step in range(1, 9)), "dragged"]
+MILLISECONDS = [900, *(250 for _ in range(6)), 900, 1800]
 COLOURS = 128
 WIDTH = 800
 
