@@ -136,9 +136,14 @@ class Part(Opaque):
     index: int
 
 
-def put(node: Any, made_by: Instr, start: Instr | None = None, *, unknown: bool = False) -> Any:
-    """`node` at the position of `made_by`; `unknown`: nobody can say where it starts."""
-    where = made_by.location
+def put(
+    node: Any, made_by: Instr | None, start: Instr | None = None, *, unknown: bool = False
+) -> Any:
+    """`node` at the position of `made_by`, None for what comes from several places.
+
+    unknown  nobody can say where it starts
+    """
+    where = made_by.location if made_by is not None else None
     node.lineno = where.lineno or 0 if where else 0
     node.end_lineno = where.end_lineno or node.lineno if where else 0
     node.col_offset = where.col_offset if where else None

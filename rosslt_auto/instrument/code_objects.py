@@ -14,6 +14,7 @@ does not show:
   calls with ``*args`` or ``**keywords``;
 - a constant that is returned from inside of ``try: ... finally: ...`` stands at the end of that,
   the body of ``lambda: 1.5`` at the beginning of its line (3.12, 3.13);
+- of ``True`` and ``False`` nothing is known;
 - targets in brackets, ``[a, b] = 1, 2`` and ``(a, b), c = (1, 2), d``, are told apart, where names
   of locations from source go by the first.
 
