@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -56,6 +57,8 @@ def main(words: Sequence[str]) -> int:
     weave.prepare(command.arguments, read_only=command.read_only)
     subinterpreters.install()
     processes.install(command.arguments, command.read_only)
+    if command.modules:
+        atexit.register(_tell_unmatched, command.modules)
     status = runner.run(
         command.target,
         command.arguments,
@@ -65,6 +68,15 @@ def main(words: Sequence[str]) -> int:
     if status:
         _explain(getattr(sys, "last_value", None))
     return status
+
+
+def _tell_unmatched(patterns: Sequence[str]) -> None:
+    """At the end: which patterns were in vain, perhaps for a mistake in writing."""
+    from fnmatch import filter as matching
+
+    for pattern in patterns:
+        if not matching(sys.modules, pattern):
+            say(f"--module {pattern}: the program has imported no such module")
 
 
 def _explain(error: BaseException | None) -> None:
@@ -110,6 +122,8 @@ def parse(words: Sequence[str]) -> Command | None:
             break
     if not command.target:
         raise _Usage("a script or -m MODULE is required")
+    if command.target == "-" and not command.as_module:
+        raise _Usage("a program on standard input cannot be run, it has to be in a file")
     command.arguments = rest
     return command
 

@@ -43,7 +43,7 @@ def run_script(path: str, args: Sequence[str], selection: Selection) -> int:
         _new_main()
         return _execute(lambda: _run_module_as_main("__main__", alter_argv=False))
     try:
-        with io.open_code(os.path.abspath(path)) as file:
+        with io.open_code(_absolute(path)) as file:  # not normalised: no file.py/
             content = file.read()
     except OSError as error:
         return _cannot_open(path, error)
@@ -139,21 +139,16 @@ def _cannot_open(path: str, error: OSError) -> int:
 
 
 def _code_of(source: bytes, path: str) -> CodeType:
-    if b"\0" in source:
-        raise _null_byte(source, path)
     # Scripts are not cached, as in plain Python.
     code = hook.instrumented_or_none("__main__", path, source, cached=False)
     if code is None:
-        code = compile(source, path, "exec", dont_inherit=True)
+        try:
+            code = compile(source, path, "exec", dont_inherit=True)
+        except SyntaxError as error:
+            from .file_errors import as_of_file
+
+            raise as_of_file(error, source, path) from None
     return code
-
-
-def _null_byte(source: bytes, path: str) -> SyntaxError:
-    """What Python says of a file; of a text in memory it says something else."""
-    before = source[: source.index(b"\0")]
-    line = before.rpartition(b"\n")[2].decode("utf-8", "replace")
-    number = before.count(b"\n") + 1
-    return SyntaxError("source code cannot contain null bytes", (path, number, None, line))
 
 
 def _code_in(content: bytes) -> CodeType:

@@ -35,8 +35,9 @@ def test_help(words: list[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [[], ["--read-only"], ["--module"], ["-m"], ["--nosuch", "x.py"], ["-x"], ["--"]]
+    "words",
+    [[], ["--read-only"], ["--module"], ["-m"], ["--nosuch", "x.py"], ["-x"], ["--"], ["-"]],
 )
 def test_wrong_usage(words: list[str]) -> None:
-    with pytest.raises(Exception, match=r"required|expected|unrecognized"):
+    with pytest.raises(Exception, match=r"required|expected|unrecognized|standard input"):
         parse(words)

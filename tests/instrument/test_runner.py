@@ -97,6 +97,8 @@ def test_package_folder_and_archive(both, tmp_path: Path, mode: str) -> None:
     [
         ["missing.py"],
         ["missing/script.py"],
+        ["module.py/"],
+        ["dangling.py"],
         ["-m", "missing_module"],
         ["-m", "pkg"],
         ["-m", "pkg.missing"],
@@ -114,6 +116,7 @@ def test_what_cannot_be_run(both, tmp_path: Path, words: list[str]) -> None:
     (tmp_path / "failing" / "__init__.py").write_text("x = 1 / 0")
     (tmp_path / "failing" / "x.py").touch()
     (tmp_path / "empty").mkdir()
+    (tmp_path / "dangling.py").symlink_to("nowhere")
     plain, ours = both(*words)
     assert plain.status != 0
     assert ours == plain
@@ -126,6 +129,20 @@ def test_what_cannot_be_run(both, tmp_path: Path, words: list[str]) -> None:
 )  # fmt: skip
 def test_syntax_errors(both, tmp_path: Path, source: str) -> None:
     (tmp_path / "bad.py").write_text(source)
+    plain, ours = both("bad.py")
+    assert plain.status == 1
+    assert ours == plain
+
+
+@pytest.mark.parametrize(
+    "source",
+    [b"x = '\xff'", b"x = 1\n\ny = '\xe9'\n", b"x = 1\n\0y", b"\xff\xfex\0", b"# coding: nosuch\nx",
+     b"# coding: utf-8\nx = '\xff'", b"\xef\xbb\xbfx = '\xff'", b"\xef\xbb\xbf# coding: latin-1\nx",
+     b"#!python\n# coding: ascii\nx = '\xe9'", b"# coding: rot13\nx", b"x\n# coding: nosuch\n"],
+    ids=repr,
+)  # fmt: skip
+def test_what_is_no_text(both, tmp_path: Path, source: bytes) -> None:
+    (tmp_path / "bad.py").write_bytes(source)
     plain, ours = both("bad.py")
     assert plain.status == 1
     assert ours == plain
