@@ -20,8 +20,8 @@ from rosidl_parser.definition import AbstractNestedType, Array, BasicType, Names
 from ..provenance import arrays, sequences
 from ..provenance.elements import READERS, any_tracked
 from ..provenance.frames import unseen
+from ..provenance.imported import AfterImports
 from . import fields, flags
-from .imports import AfterImports
 
 _FEW = 64
 """Fixed-size arrays up to this one (covariances, matrices) note what is assigned to elements."""

@@ -84,7 +84,7 @@ import sys
 print("numpy" in sys.modules)
 import numpy
 print(numpy.__loader__.__class__.__name__, numpy.__spec__.loader.__class__.__name__)
-print(len(sys.meta_path))
+print(sum(not type(finder).__module__.startswith("rosslt_auto") for finder in sys.meta_path))
 a = numpy.array([0.5, 1.5])
 print(a, repr(a), type(a), a.sum(), numpy.dot(a, a), numpy.linspace(0.0, 1.0, 3))
 try:

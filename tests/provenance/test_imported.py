@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from rosslt_auto.provenance import imported
-from rosslt_auto.provenance.imported import AfterImport
+from rosslt_auto.provenance.imported import AfterImport, AfterImports
 
 
 @pytest.fixture
@@ -65,6 +65,32 @@ def test_several_wait_for_one_module(waited, tmp_path: Path) -> None:
     first, second = waited("awaited_c"), waited("awaited_c")
     importlib.import_module("awaited_c")
     assert first == second == ["awaited_c"]
+
+
+def test_one_finder_for_all(waited) -> None:
+    before = len(sys.meta_path)
+    waited("awaited_g")
+    waited("awaited_h")
+    assert len(sys.meta_path) <= before + 1
+
+
+def test_modules_of_a_kind(waited, tmp_path: Path) -> None:
+    (tmp_path / "awaited_kind_a.py").write_text("x = 1")
+    (tmp_path / "awaited_kind_b.py").write_text("x = 2")
+    importlib.import_module("awaited_kind_a")
+    seen: list[str] = []
+    kind = AfterImports(
+        lambda name: name.startswith("awaited_kind_"), lambda module: seen.append(module.__name__)
+    )
+    kind.install()
+    kind.install()
+    assert seen == ["awaited_kind_a"]
+    importlib.import_module("awaited_kind_b")
+    kind.uninstall()
+    del sys.modules["awaited_kind_b"]
+    importlib.import_module("awaited_kind_b")
+    assert seen == ["awaited_kind_a", "awaited_kind_b"]
+    del sys.modules["awaited_kind_a"], sys.modules["awaited_kind_b"]
 
 
 def test_an_import_that_failed_is_tried_again(waited, tmp_path: Path, monkeypatch) -> None:
