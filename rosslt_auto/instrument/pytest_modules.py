@@ -13,8 +13,6 @@ from pathlib import Path
 from types import CodeType
 from typing import Any
 
-import wrapt
-
 from ..provenance.frames import unseen
 from ..provenance.imported import AfterImport
 from . import tables
@@ -43,6 +41,8 @@ def uninstall() -> None:
 
 
 def _weave() -> None:
+    import wrapt  # slow to import, see tests/cli/test_run_program.py
+
     loader = getattr(sys.modules[_MODULE], "AssertionRewritingHook", None)
     if loader is not None and "exec_module" in vars(loader):
         _originals[:] = [vars(loader)["exec_module"]]
