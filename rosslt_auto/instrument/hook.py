@@ -20,7 +20,7 @@ from types import CodeType
 from typing import Any
 
 from ..provenance.frames import unseen
-from . import array_calls, cache, exact_types, pytest_modules, run_path, tables
+from . import array_calls, cache, consoles, exact_types, pytest_modules, run_path, tables
 from .errors import NotInstrumented, NotNow, NotParsed
 from .selection import Selection
 
@@ -44,6 +44,7 @@ def install(selection: Selection) -> None:
     exact_types.install()
     pytest_modules.install()
     run_path.install()
+    consoles.install()
     for loader in (_SourceLoader, *_WITHOUT_SOURCE):
         if loader not in _originals:
             original = vars(loader)["get_code"]
@@ -59,6 +60,7 @@ def uninstall() -> None:
     exact_types.uninstall()
     pytest_modules.uninstall()
     run_path.uninstall()
+    consoles.uninstall()
     for loader, (original, ours) in list(_originals.items()):
         if vars(loader)["get_code"] is ours:
             loader.get_code = original  # type: ignore[attr-defined]

@@ -83,8 +83,12 @@ class _Finder:
 
     @unseen
     def find_spec(self, name: str, path: Any = None, target: Any = None) -> Any:
-        if name not in self.awaited and not any(kind.wanted(name) for kind in self.kinds):
-            return None
+        if name not in self.awaited:
+            for kind in self.kinds:  # no expression with a frame of its own, which would be seen
+                if kind.wanted(name):
+                    break
+            else:
+                return None
         if self not in sys.meta_path:
             return None
         for finder in sys.meta_path[sys.meta_path.index(self) + 1 :]:
