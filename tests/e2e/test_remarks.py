@@ -14,7 +14,7 @@ from support.process import DATA, Program, rosslt_auto, start
 
 NAME = "rosslt.node.Remarks.init."
 SPEED, GEARS, MASS = f"{NAME}speed", f"{NAME}gears", f"{NAME}mass"
-LIMITED = "is limited to 0.0 to 2.0 step 0.1 at node.py:12"
+LIMITED = "is limited to 0.0 to 2.0 step 0.1 at node.py:13"
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def test_every_way_keeps_to_the_remarks(
     # At start: refused where it does not fit, and said.
     assert recording.messages[0] == Vector3(x=0.75, y=6.0, z=2.0)
     said = "\n".join(program.stderr.all)
-    assert f"{SPEED} {LIMITED}" in said and f"{MASS} is frozen at node.py:14" in said
+    assert f"{SPEED} {LIMITED}" in said and f"{MASS} is frozen at node.py:15" in said
     assert "OFFSET" not in " ".join(observer.list_parameters("/remarks"))
 
     # As parameters.
@@ -93,7 +93,7 @@ def test_every_way_keeps_to_the_remarks(
 
     # Saved: the remark stays where it is.
     saved = rosslt_auto("save", domain=domain)
-    assert (saved.status, node.read_text().split("\n")[11].strip()) == (
+    assert (saved.status, node.read_text().split("\n")[12].strip()) == (
         0, "self.speed = 1.5  # rosslt: 0.0 to 2.0 step 0.1"), saved  # fmt: skip
     [again] = observer.set("/remarks", {SPEED: 2.5})
     assert not again.successful and LIMITED in again.reason
