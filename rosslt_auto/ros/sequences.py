@@ -82,7 +82,11 @@ def weave(message_type: type) -> None:
         below = kind.value_type if isinstance(kind, AbstractNestedType) else kind
         plain: Any = vars(message_type).get(member.name)
         if isinstance(below, NamespacedType):
-            weave(fields.message_class(below))
+            try:
+                nested = fields.message_class(below)
+            except AttributeError:  # its package is being imported: woven when it is there
+                continue
+            weave(nested)
             continue
         if not isinstance(plain, property) or not isinstance(below, BasicType):
             continue

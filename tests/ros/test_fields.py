@@ -314,3 +314,16 @@ def test_republished_fields_keep_their_history() -> None:
 
 def test_walkers_are_generated_once() -> None:
     assert fields.collector(Pose) is fields.collector(Pose)
+
+
+def test_types_that_refer_to_others_of_their_package_are_woven_while_it_is_imported() -> None:
+    import subprocess
+    import sys
+
+    program = (
+        "from rosslt_auto.ros import weave; weave.prepare([]); import rclpy.node\n"
+        "from geometry_msgs.msg import Accel, Pose, Vector3\nfrom rosslt_auto.ros import sequences\n"
+        "print({Accel, Pose, Vector3} <= set(sequences._plain))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("True\n", "")
