@@ -322,7 +322,8 @@ def test_types_that_refer_to_others_of_their_package_are_woven_while_it_is_impor
 
     program = (
         "from rosslt_auto.ros import weave; weave.prepare([]); import rclpy.node\n"
-        "from geometry_msgs.msg import Accel, Pose, Vector3\nfrom rosslt_auto.ros import sequences\n"
+        "from geometry_msgs.msg import Accel, Pose, Vector3\n"
+        "from rosslt_auto.ros import sequences\n"
         "print({Accel, Pose, Vector3} <= set(sequences._plain))"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
