@@ -474,6 +474,8 @@ def disguise(cls: type) -> None:
     plain = cls._plain  # type: ignore[attr-defined]
     cls.__name__ = cls.__qualname__ = plain.__name__
     cls.__doc__ = plain.__doc__
+    if "__slots__" in vars(cls):
+        del cls.__slots__  # type: ignore[attr-defined]
 
 
 _complete(TrackedFloat)

@@ -152,6 +152,19 @@ def inspected():
         code = function.__code__
         note(sorted({line for *_, line in code.co_lines() if line}), code.co_varnames)
 
+def namespaces():
+    import pickle
+    a = 1.5
+    note(sorted(locals()), dir())
+    class C:
+        k = 0.5
+        inside = sorted(locals()), dir(), sorted(vars())
+    note(C.inside, sorted(vars(C)), [sorted(locals()) for i in (0.5, a)])
+    note(sorted(globals()), dir(program), sorted(vars(helper.Shape)), vars(helper.Shape()))
+    for made in (program.GAIN, C.k, helper.Shape(1.5)):
+        data = pickle.dumps(made)
+        note(b"@" in data, b"rosslt" in data, type(pickle.loads(data)), dir(made))
+
 if __name__ == "__main__":
     eval(sys.argv[1])
     print(*events, sep="\\n")
@@ -180,6 +193,7 @@ def program(tmp_path: Path) -> Iterator[None]:
         pytest.param("monitor()", marks=AFTER_3_11),
         "count()",
         "inspected()",
+        "namespaces()",
     ],
 )
 def test_what_tools_are_told(both, program: None, mode: str) -> None:

@@ -109,6 +109,13 @@ def test_looks(value: Any) -> None:
     assert kind.__add__(one, 1) == value + 1 or value != value
 
 
+@pytest.mark.parametrize("value", [1.5, 3, "text"])
+def test_classes_show_no_slots(value: Any) -> None:
+    one = record(OPERATORS["same"], value, leaf(Source("/node", "x", "float"), 1.5))
+    assert is_tracked(one)
+    assert not hasattr(one, "__slots__") and not hasattr(type(one), "__slots__")
+
+
 @pytest.mark.parametrize("value", [1.5, 3, "text", np.float64(1.5), np.int32(3)])
 @pytest.mark.parametrize("name", ["__module__", "__dict__"])
 def test_instances_have_no_attributes_of_their_class(value: Any, name: str) -> None:
