@@ -280,11 +280,12 @@ def test_twice_is_once(load, monkeypatch) -> None:
 
 
 def test_nothing_to_do_under_the_import_hook(load, monkeypatch) -> None:
-    monkeypatch.setattr(live, "rewoven", lambda *args: pytest.fail("done twice"))
     hook.install(Selection(patterns=["decorated"]))
     try:
-        module = load(EVERYTHING.format(decorator="@tracked_module"))
-        tracked_module(module)
+        with monkeypatch.context() as patch:
+            patch.setattr(live, "rewoven", lambda *args: pytest.fail("done twice"))
+            module = load(EVERYTHING.format(decorator="@tracked_module"))
+            tracked_module(module)
     finally:
         hook.uninstall()
     assert is_tracked(module.above())
