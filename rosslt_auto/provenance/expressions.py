@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from .chains import chain, evaluate_chain
+from .extents import Budget
 from .locations import Location, Source, source_of
 from .operators import DEFERRED, LITERAL, SOURCE, Operator
 from .values import PlainType, TrackedInt, is_tracked, settle, untracked
@@ -101,7 +102,10 @@ def evaluate(value: Any, changes: Mapping[Source, Any]) -> Any:
     found = chain(value)
     if found is not None:
         leaf, steps = found
-        return evaluate_chain(steps, changes.get(source_of(leaf), leaf._v))
+        try:
+            return evaluate_chain(steps, changes.get(source_of(leaf), leaf._v))
+        except (TypeError, LookupError, AttributeError) as error:
+            raise ValueError(str(error)) from error
     return evaluate_many([value], changes)[0]
 
 
@@ -113,16 +117,31 @@ def evaluate_many(values: Iterable[Any], changes: Mapping[Source, Any]) -> list[
 
 
 def computed(order: list[Any], changes: Mapping[Source, Any]) -> dict[int, Any]:
-    """The plain result of every node, by id."""
+    """The plain result of every node, by id.
+
+    Raises ArithmeticError or ValueError where there is none: an expression from the network may
+    well be nonsense.
+    """
     results: dict[int, Any] = {}
+    budget = Budget()
     for node in order:
         if is_leaf(node):
             results[id(node)] = changes.get(source_of(node), node._v) if changes else node._v
         elif not changes:
             results[id(node)] = node._v
         else:
-            results[id(node)] = node._op.forward(*_plain_operands(node, results))
+            op = node._op
+            result = results[id(node)] = _applied(op, _plain_operands(node, results))
+            if type(result) is not float:
+                budget.take(op.name, result)
     return results
+
+
+def _applied(op: Operator, plain: list[Any]) -> Any:
+    try:
+        return op.forward(*plain)
+    except (TypeError, LookupError, AttributeError) as error:
+        raise ValueError(f"{op.name}: {error}") from error
 
 
 def _plain_operands(node: Any, results: Mapping[int, Any]) -> list[Any]:
@@ -160,7 +179,7 @@ def slope_by(op: Operator, index: int, plain: list[Any]) -> float:
     partial = op.partial(index)
     try:
         return float(partial(*plain)) if partial else math.nan
-    except (ArithmeticError, ValueError, TypeError):
+    except (ArithmeticError, ValueError, TypeError, LookupError, AttributeError):
         return math.nan
 
 

@@ -7,6 +7,7 @@ that occurs several times, or several sources for several values together, numer
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -60,6 +61,24 @@ def reached(value: Any, target: Any, tolerance: float = RELATIVE_TOLERANCE) -> b
     return bool(value == target)
 
 
+def _refusing(function: Callable[..., Solution]) -> Callable[..., Solution]:
+    """Lets an expression that is nonsense - it may come from the network - be not invertible."""
+
+    @functools.wraps(function)
+    def wrapper(*args: Any, **keywords: Any) -> Solution:
+        try:
+            return function(*args, **keywords)
+        except NotInvertible:
+            raise
+        except (
+            ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError,
+        ) as error:  # fmt: skip
+            raise NotInvertible(f"the expression cannot be solved: {error}") from error
+
+    return wrapper
+
+
+@_refusing
 def invert(value: Any, target: Any, policy: str = "left", source: str | None = None) -> Solution:
     """`invert_many` for one value."""
     if source is None and policy in POLICIES and is_tracked(value):
@@ -70,6 +89,7 @@ def invert(value: Any, target: Any, policy: str = "left", source: str | None = N
     return invert_many([(value, target)], policy, source)
 
 
+@_refusing
 def invert_many(
     targets: Sequence[Target], policy: str = "left", source: str | None = None
 ) -> Solution:

@@ -8,7 +8,10 @@ from . import (  # fill the table
     statistics_operators,
     text_operators,
 )
+from .extents import bound
 from .operator_table import DEFERRED, LEAVES, LITERAL, OPERATORS, SOURCE, Operator
+
+bound(OPERATORS)
 
 __all__ = [
     "DEFERRED",

@@ -6,9 +6,14 @@ import re
 from typing import Any
 
 from .expressions import is_leaf, operands
+from .extents import check
 from .locations import source_of
 from .text_operators import NoSuchText, Piece, formatted, parsed, percent_pieces, pieces_of
 from .values import is_tracked, untracked
+
+_MANY = 64
+_DEEP = 64
+"""Texts of more pieces, or with more texts in texts, are not taken apart: that takes too long."""
 
 _NUMBER = r"[ ]*[-+]?[0-9a-fA-FxXob_.,]+(?:[eE][-+]?[0-9]+)?%?[ ]*"
 
@@ -17,10 +22,12 @@ def take_apart(value: Any, target: str) -> list[tuple[Any, Any]] | None:
     """(tracked piece, wanted value) for the pieces of the text `value` that have to change.
 
     None if `value` is not made of pieces, `target` does not have their form, or nothing is left
-    to be changed.
+    to be changed. Raises TooLarge where the pieces tell of a text beyond all measure.
     """
+    if is_tracked(value):
+        check(value._op.name, [untracked(operand) for operand in operands(value)])
     pieces = _pieces(value)
-    if pieces is None:
+    if pieces is None or len(pieces) > _MANY or value._depth > _DEEP:
         return None
     match = re.fullmatch("".join(_pattern(piece) for piece in pieces), target, re.DOTALL)
     if match is None:

@@ -48,11 +48,9 @@ not exactly as above.
 
 from __future__ import annotations
 
-import inspect
 import math
 import re
 import zlib
-from collections.abc import Callable
 from typing import Any, Literal
 
 import msgpack
@@ -62,6 +60,7 @@ from ..provenance.limits import Limits
 from ..provenance.locations import Source, location_of
 from ..provenance.operators import OPERATORS, Operator
 from ..provenance.values import DEPTH_LIMIT, leaf, node
+from .operands import FOLDED, accepts, fits
 
 VERSION = 1
 SUFFIX = "/_provenance"
@@ -76,6 +75,7 @@ _MAX_STRING = 4096
 _MAX_PATH = 512
 _OUTLINES_KEPT = 256
 _BYTES_KEPT = 4 << 20
+_KINDS_KEPT = 16
 
 # Encapsulation, size of layout.dim (none) and layout.data_offset; then the size of data follows.
 _LITTLE_ENDIAN = bytes([0, 1, 0, 0, *bytes(8)])
@@ -142,15 +142,17 @@ class Outline:
             is a tuple of slots if there are more than two operands, b None if there is one
     fields  ``(path, slot)``
     plans   for `fields`: how to reach the fields in a message, by type of the message
+    kinds   types of values that have been found to fit
     """
 
-    __slots__ = ("fields", "plans", "slots", "steps")
+    __slots__ = ("fields", "kinds", "plans", "slots", "steps")
 
     def __init__(self) -> None:
         self.slots: list[Any] = []
         self.steps: list[tuple[int, Operator | None, Any, Any, int]] = []
         self.fields: list[tuple[str, int]] = []
         self.plans: dict[type, Any] = {}
+        self.kinds: set[tuple[type, ...]] = set()
 
 
 # ---------------------------------------------------------------- the message around it
@@ -215,14 +217,28 @@ def decode(payload: bytes) -> Header:
     outline = _outlines.get(packed) or _keep(packed, _outline(packed))
     if len(values) != len(outline.steps):
         raise HeaderError(f"{len(values)} values for {len(outline.steps)} slots")
-    if not _KINDS.issuperset(map(type, values)):
-        raise HeaderError("not a value")
-    if None in values and any(
-        value is None and step[1] is not None
-        for value, step in zip(values, outline.steps, strict=True)
-    ):
-        raise HeaderError("a result is nil")
+    kinds = tuple(map(type, values))
+    if kinds not in outline.kinds:
+        _check_kinds(outline, kinds)
     return Header(checksum, sequence, outline, values, len(payload))
+
+
+def _check_kinds(outline: Outline, kinds: tuple[type, ...]) -> None:
+    """Raises HeaderError if operators have operands or results that they cannot have."""
+    if not _KINDS.issuperset(kinds):
+        raise HeaderError("not a value")
+    all_kinds = [type(None) if slot is None else type(slot._v) for slot in outline.slots]
+    for kind, (slot, op, a, b, _) in zip(kinds, outline.steps, strict=True):
+        all_kinds[slot] = kind
+        if op is None:
+            continue
+        below = [
+            all_kinds[i] for i in ((a, b) if b is not None else a if type(a) is tuple else (a,))
+        ]
+        if kind is type(None) or not fits(op, kind, below):
+            raise HeaderError(f"{op.name} of something else")
+    if len(outline.kinds) < _KINDS_KEPT:
+        outline.kinds.add(kinds)
 
 
 def _keep(packed: bytes, outline: Outline) -> Outline:
@@ -351,7 +367,7 @@ def _add_slot(outline: Outline, depths: list[int], slot: Any, sources: list[Sour
     tracked = [depths[operand] >= 0 for operand in operands]
     if not accepts(op, len(operands)) or not any(tracked):
         raise HeaderError(f"wrong operands of {op.name}")
-    if op.name in _FOLDED and any(t and i % 4 != 1 for i, t in enumerate(tracked)):
+    if op.name in FOLDED and any(t and i % 4 != 1 for i, t in enumerate(tracked)):
         raise HeaderError(f"wrong operands of {op.name}")
     depth = max(depths[operand] for operand in operands) + 1
     if depth > DEPTH_LIMIT:
@@ -389,56 +405,6 @@ def _string(value: Any) -> str:
     if type(value) is not str or len(value) > _MAX_STRING or not value.isprintable():
         raise HeaderError("not a proper string")
     return value
-
-
-# ---------------------------------------------------------------- operands of operators
-
-_FOLDED = ("affine", "linear")
-_COUNTS: dict[str, Callable[[int], bool]] = {
-    "sum": lambda count: count >= 1,
-    "hypot": lambda count: count >= 1,
-    "fsum": lambda count: count >= 1,
-    "gcd": lambda count: count >= 1,
-    "lcm": lambda count: count >= 1,
-    **dict.fromkeys(
-        ("fmean", "mean", "pstdev", "pvariance", "stdev", "variance"), lambda count: count >= 1
-    ),
-    "sumprod": lambda count: count >= 2 and count % 2 == 0,
-    "read_int": lambda count: count in (1, 2),
-    "affine": lambda count: count >= 5 and count % 4 == 1,
-    "linear": lambda count: count >= 5 and count % 4 == 1,
-    "min": lambda count: count >= 2,
-    "max": lambda count: count >= 2,
-    "str": lambda count: count == 1,
-    "pieces": lambda count: count >= 3 and count % 3 == 0,
-    "int": lambda count: count == 1,
-    "float": lambda count: count == 1,
-    "log": lambda count: count in (1, 2),
-    "round": lambda count: count in (1, 2),
-    "powmod": lambda count: count == 3,
-}
-_accepted: dict[tuple[str, int], bool] = {}
-
-
-def accepts(op: Operator, count: int) -> bool:
-    """Whether an operator can have so many operands."""
-    key = op.name, count
-    found = _accepted.get(key)
-    if found is None:
-        found = _count_fits(op, count)
-        if len(_accepted) < 4096:  # the counts come from the network
-            _accepted[key] = found
-    return found
-
-
-def _count_fits(op: Operator, count: int) -> bool:
-    if op.name in _COUNTS:
-        return _COUNTS[op.name](count)
-    try:
-        inspect.signature(op.forward).bind(*range(count))
-    except (TypeError, ValueError):
-        return False
-    return True
 
 
 __all__ = [

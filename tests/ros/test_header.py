@@ -24,6 +24,7 @@ from rosslt_auto.provenance.values import leaf, record
 from rosslt_auto.ros import header
 from rosslt_auto.ros.encoding import FOLDED_DEPTH, HISTORY_DEPTH, LIMIT, Encoder
 from rosslt_auto.ros.header import HeaderError, decode, unwrap, wrap
+from rosslt_auto.ros.operands import accepts, fits
 from support.wire import source, told, tracked
 
 
@@ -115,10 +116,19 @@ def test_every_operator_of_the_table_can_be_read_again() -> None:
     """An operator that the encoder writes and the decoder refuses would lose whole headers."""
     counts = {"sum": 3, "hypot": 3, "affine": 5, "linear": 5, "powmod": 3}
     for op in OPERATORS.values():
-        count = counts.get(op.name) or next(n for n in range(1, 6) if header.accepts(op, n))
+        count = counts.get(op.name) or next(n for n in range(1, 6) if accepts(op, n))
         operands: list[Any] = [1.0] * count
-        operands[1 if op.name in ("affine", "linear") else 0] = tracked(2.0)
-        value = record(op, 5.0, *operands)
+        result: Any = 5.0
+        first: Any = 2.0
+        if not fits(op, float, [float] * count):  # an operator of texts
+            operands = [None if op.name == "slice" else "a"] * count
+            result = first = "b"
+            if fits(op, float, [str] * count):  # one that reads a text
+                result = 5.0
+        operands[1 if op.name in ("affine", "linear") else 0] = tracked(first)
+        if op.name == "repeat":
+            operands[1] = 2
+        value = record(op, result, *operands)
         assert told(round_trip(("x", value))["x"]) == told(value), op.name
 
 
