@@ -11,6 +11,7 @@ import functools
 import sys
 from collections.abc import Callable
 from operator import is_
+from types import CodeType
 from typing import Any
 
 from ..provenance.frames import unseen
@@ -78,4 +79,7 @@ def _plain(thing: Any) -> Any:
     if kind is tuple or kind is list or kind is set or kind is frozenset:
         plain = list(map(_plain, thing))
         return thing if all(map(is_, thing, plain)) else kind(plain)
+    if kind is CodeType and type(type(thing.co_filename)) is PlainType:
+        consts = tuple(map(_plain, thing.co_consts))  # functions have the file's name, too
+        return thing.replace(co_filename=thing.co_filename._v, co_consts=consts)
     return thing

@@ -54,6 +54,12 @@ def test_marshalled_as_the_plain_thing(thing: Any) -> None:
     assert marshal.loads(file.getvalue()) == thing
 
 
+def test_code_of_a_file_with_a_tracked_name() -> None:
+    code = compile("def f():\n  def g(): return 0.5", tracked("a.py"), "exec")
+    plain = compile("def f():\n  def g(): return 0.5", "a.py", "exec")
+    assert marshal.dumps(code, 1) == marshal.dumps(plain, 1)
+
+
 def test_errors_are_the_functions_own() -> None:
     with pytest.raises(ValueError, match="unmarshallable") as raised:
         marshal.dumps(object())
