@@ -60,16 +60,17 @@ def compare(case: Case, tries: int = 3) -> Result:
             case.prepare()
         except NotFetched as error:
             return Result(case, note=f"not fetched: {error}")
-    plain, instrumented = run(case, False), run(case, True)
-    result = Result(
-        case, _count(plain) if case.recorder else 1, seconds=(plain.seconds, instrumented.seconds)
-    )
+    plain = run(case, False)
+    result = Result(case, _count(plain) if case.recorder else 1, seconds=(plain.seconds, 0.0))
     if plain.status is None:
         result.note = f"takes more than {case.timeout:g} s"
-        return result
-    if not result.tests:
+        result.tests = 0
+    elif not result.tests:
         result.note = "no tests here: " + (plain.output[1].strip().splitlines() or ["none"])[-1]
+    if result.note:
         return result
+    instrumented = run(case, True)
+    result.seconds = plain.seconds, instrumented.seconds
     found = {difference.test: difference for difference in differences(plain, instrumented)}
     others = [plain]
     for _ in range(tries - 1):

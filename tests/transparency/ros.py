@@ -14,7 +14,7 @@ from transparency.running import BUILD
 from transparency.suites import Case, table
 
 _SECONDS = 6.0
-_MORE_SECONDS = 20.0
+_MORE_SECONDS = 40.0
 
 
 def results(folder: Path | None, jobs: int) -> Iterator[Result]:
