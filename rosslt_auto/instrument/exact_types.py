@@ -20,6 +20,7 @@ from ..provenance.values import PlainType
 
 FUNCTIONS: dict[str, tuple[str, ...]] = {
     "_socket": ("getaddrinfo",),  # of a port number: "Int or String expected"
+    "sys": ("intern",),  # "can't intern str"
     "marshal": ("dump", "dumps"),  # "unmarshallable object"
     # To a subinterpreter, where everything runs plain: "does not support cross-interpreter data"
     "_xxsubinterpreters": ("run_string", "channel_send"),
@@ -60,7 +61,11 @@ def _weave(module: str) -> None:
 def _with_plain_arguments(function: Callable[..., Any]) -> Callable[..., Any]:
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
-        return function(*_plain(args), **_plain(kwargs))
+        try:
+            plain = _plain(args), _plain(kwargs)
+        except RecursionError:  # about which the function itself has something to say
+            plain = args, kwargs
+        return function(*plain[0], **plain[1])
 
     return unseen(call)
 

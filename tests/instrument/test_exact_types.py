@@ -6,6 +6,7 @@ import _socket
 import io
 import marshal
 import socket
+import sys
 from collections.abc import Iterator
 from typing import Any
 
@@ -54,10 +55,25 @@ def test_marshalled_as_the_plain_thing(thing: Any) -> None:
     assert marshal.loads(file.getvalue()) == thing
 
 
+def test_interned() -> None:
+    assert sys.intern(tracked("some text")) is sys.intern("some text")
+    assert type(sys.intern(tracked("some other text"))) is str
+
+
 def test_code_of_a_file_with_a_tracked_name() -> None:
     code = compile("def f():\n  def g(): return 0.5", tracked("a.py"), "exec")
     plain = compile("def f():\n  def g(): return 0.5", "a.py", "exec")
     assert marshal.dumps(code, 1) == marshal.dumps(plain, 1)
+
+
+def test_too_deep_is_for_the_function_to_say() -> None:
+    thing: list = []
+    for _ in range(100_000):
+        thing = [thing]
+    with pytest.raises(ValueError, match="too deeply nested"):
+        marshal.dumps(thing)
+    while thing:  # so that it is not freed in one go
+        thing = thing[0]
 
 
 def test_errors_are_the_functions_own() -> None:

@@ -111,6 +111,8 @@ def _environment(case: Case, folder: Path) -> dict[str, str]:
 
 
 _VARYING = [
+    # That not every pattern has found a module is told on stderr, and as it should be.
+    (re.compile(r"^rosslt_auto: --module .*\n", re.MULTILINE), ""),
     (re.compile(r"0x[0-9a-fA-F]{6,}"), "0x..."),
     (re.compile(r"\b\d{10,}\b(?=\.|\))|(?<=ident=)\d+|(?<=Thread-)\d+|(?<=pid )\d+"), "#"),
     (re.compile(r"\b\d+(\.\d+)?(e-\d+)? ?(s|ms|us|seconds)\b"), "# s"),
