@@ -43,8 +43,11 @@ def operands(node: Any) -> tuple[Any, ...]:
     return a if type(a) is tuple else (a,)
 
 
-def topological(values: Iterable[Any]) -> list[Any]:
-    """All nodes below and including `values`, each once, operands before what uses them."""
+def topological(values: Iterable[Any], deeper_than: int = -1) -> list[Any]:
+    """All nodes below and including `values`, each once, operands before what uses them.
+
+    deeper_than  only nodes of a greater depth
+    """
     order: list[Any] = []
     seen: set[int] = set()
     # A node in a tuple of its own is one whose operands are done.
@@ -65,7 +68,7 @@ def topological(values: Iterable[Any]) -> list[Any]:
             continue
         stack.append((node,))
         for operand in below[::-1]:
-            if type(type(operand)) is PlainType:
+            if type(type(operand)) is PlainType and operand._depth > deeper_than:
                 stack.append(operand)
     return order
 

@@ -11,13 +11,17 @@ from typing import Any
 
 import pytest
 
-from rosslt_auto.provenance import provenance, untracked
+from rosslt_auto.provenance import Source, folding, provenance, untracked
 from rosslt_auto.provenance.expressions import evaluate, gradient, operands, topological
-from rosslt_auto.provenance.folding import fold
-from rosslt_auto.provenance.values import DEPTH_LIMIT
+from rosslt_auto.provenance.folding import MAX_TERMS, fold
+from rosslt_auto.provenance.values import DEPTH_LIMIT, leaf
 from support.tracked import apply, bits, sources_by_name, tracked
 
 STEPS = 100_000
+
+
+def text(value: str, name: str) -> Any:
+    return leaf(Source("/node", name, "str"), value)
 
 
 def integrator(x: Any, dt: Any, n: int) -> Any:
@@ -138,6 +142,72 @@ def test_random_walk() -> None:
     assert len(topological([found])) < 16 * DEPTH_LIMIT
     assert bits(evaluate(found, {})) == bits(untracked(found))
     assert provenance(found).expression
+
+
+def neighbours(cells: list[Any], steps: int) -> list[Any]:
+    """Heat that spreads on a ring: every value soon depends on every other."""
+    count = len(cells)
+    for _ in range(steps):
+        cells = [(cells[i - 1] + cells[i] + cells[(i + 1) % count]) / 3 for i in range(count)]
+    return cells
+
+
+def test_many_values_that_depend_on_each_other() -> None:
+    count, steps = 20, 500
+    start = [float(i % 7) for i in range(count)]
+    cells = [tracked(value, f"cell{i}") for i, value in enumerate(start)]
+    found = neighbours(cells, steps)
+    assert bits([untracked(cell) for cell in found]) == bits(neighbours(start, steps))
+    assert len(topological(found)) < 20_000 < 3 * count * steps
+    assert max(cell._depth for cell in found) <= DEPTH_LIMIT
+    assert provenance(found[0]).sources
+    assert bits(evaluate(found[0], {})) == bits(untracked(found[0]))
+
+
+def test_a_wide_expression_is_folded_once_for_all() -> None:
+    """Not the same part again for each value that is built on it."""
+    folded = []
+    plain = folding._fold
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            folding, "_fold", lambda *given: (folded.append(len(given[0])), plain(*given))
+        )
+        neighbours([tracked(float(i), f"cell{i}") for i in range(20)], 400)
+    assert 0 < len(folded) < 10
+    assert sum(folded) < 4 * 20 * 3 * 400
+
+
+def test_what_drops_sources_is_no_exact_form() -> None:
+    """Of a sum over more sources than a folded form keeps the rest is forgotten."""
+    value = tracked(0.0, "first")
+    for i in range(MAX_TERMS // 2):
+        value = value + tracked(1.0, f"x{i}")
+    fold(value)
+    assert operators_of(value) == {"source", "affine"}
+    for i in range(3 * MAX_TERMS):
+        value = value + tracked(1.0, f"y{i}")
+    fold(value)
+    assert operators_of(value) == {"source", "linear"}
+    assert len(sources_by_name(value)) <= MAX_TERMS
+
+
+@pytest.mark.parametrize("length", [20, 200])
+def test_a_text_that_grows_and_is_cut(length: int) -> None:
+    """It stays text, and remembers the pieces of its latest part."""
+    word, other = text("ab", "word"), text("c", "other")
+    value: Any = text("", "start")
+    plain = ""
+    sizes = []
+    for i in range(6000):
+        value = (value + (other if i % 3 else word))[-length:]
+        plain = (plain + ("c" if i % 3 else "ab"))[-length:]
+        if i % 1000 == 999:
+            sizes.append(len(topological([value])))
+            assert value._depth <= DEPTH_LIMIT
+    assert untracked(value) == plain
+    assert evaluate(value, {}) == plain
+    assert {"word", "other"} <= set(sources_by_name(value))
+    assert max(sizes) < 3 * DEPTH_LIMIT
 
 
 def test_text_of_a_folded_value_is_short() -> None:
