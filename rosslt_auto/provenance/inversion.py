@@ -54,11 +54,27 @@ class Solution:
         return self.values[0]
 
 
-def reached(value: Any, target: Any, tolerance: float = RELATIVE_TOLERANCE) -> bool:
-    """Whether a float is the target but for rounding; other values have to be equal."""
+def reached(
+    value: Any, target: Any, tolerance: float = RELATIVE_TOLERANCE, finest: float = 1e-15
+) -> bool:
+    """Whether a float is the target but for rounding; other values have to be equal.
+
+    tolerance  relative to the larger of the two
+    finest     the difference that is too small to be asked for, see `rounding`
+    """
     if type(value) is float or type(target) is float:
-        return math.isclose(value, target, rel_tol=tolerance, abs_tol=tolerance)
+        return math.isclose(value, target, rel_tol=tolerance, abs_tol=finest)
     return bool(value == target)
+
+
+def rounding(value: Any) -> float:
+    """What rounding may add to a tracked value: some units in the last place of the largest
+    number that it was computed from. Sums that cancel cannot be had more exactly."""
+    found = [abs(node._v) for node in topological([value]) if type(node._v) in (float, int)]
+    try:
+        return 16 * max((math.ulp(size) for size in found if math.isfinite(size)), default=0.0)
+    except OverflowError:  # an int beyond all floats
+        return 0.0
 
 
 def _refusing(function: Callable[..., Solution]) -> Callable[..., Solution]:
@@ -177,7 +193,7 @@ def _extended(
 ) -> Changes:
     """`changes` with what one more target needs: one of its sources, or else another one of an
     `earlier` target, which lets go of the one that both depend on."""
-    if changes and reached(evaluate_many([value], changes)[0], target):
+    if changes and _reaches([(value, target)], changes):
         return changes
     reasons = []
     for source in candidates:
@@ -221,7 +237,11 @@ def _reaches(targets: Sequence[Target], changes: Changes) -> bool:
         values = evaluate_many([value for value, _ in targets], changes)
     except (ArithmeticError, ValueError):
         return False
-    return all(reached(v, t) for v, (_, t) in zip(values, targets, strict=True))
+    return all(_is(v, *wanted) for v, wanted in zip(values, targets, strict=True))
+
+
+def _is(now: Any, value: Any, target: Any) -> bool:
+    return reached(now, target, finest=0.0) or reached(now, target, finest=rounding(value))
 
 
 def _solve_jointly(targets: Sequence[Target], chosen: list[Source]) -> Changes:
@@ -260,8 +280,8 @@ def checked(targets: Sequence[Target], changes: Changes) -> Solution:
         values = evaluate_many([value for value, _ in targets], changes)
     except (ArithmeticError, ValueError) as error:
         raise NotInvertible(f"the expression has no result there: {error}") from None
-    for got, (_, target) in zip(values, targets, strict=True):
-        if not reached(got, target):
+    for got, (value, target) in zip(values, targets, strict=True):
+        if not _is(got, value, target):
             names = ", ".join(source.parameter for source in changes)
             raise NotInvertible(f"no value of {names} gives {target!r}")
     return Solution(changes, values)
@@ -303,7 +323,7 @@ def _solve_chain(value: Any, target: Any) -> Solution | None:
         result = evaluate_chain(steps, candidate)
     except (ArithmeticError, ValueError, TypeError):
         return None
-    return Solution({source: candidate}, [result]) if reached(result, target) else None
+    return Solution({source: candidate}, [result]) if reached(result, target, finest=0.0) else None
 
 
 def as_held(source: Source, wanted: Any) -> Any:

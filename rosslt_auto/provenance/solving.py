@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from .expressions import computed, evaluate_many, gradient, leaves, topological
-from .inversion import Changes, NotInvertible, Target, as_held, reached
+from .inversion import RELATIVE_TOLERANCE, Changes, NotInvertible, Target, as_held, reached, rounding
 from .locations import Source, SourceChangeRefused, source_of
 
 MAX_STEPS = 60
@@ -69,7 +69,7 @@ class _Problem:
         self.values = [value for value, _ in targets]
         self.order = topological(self.values)
         self.goals = np.array([float(target) for _, target in targets])
-        self.targets = targets
+        self.finest = [rounding(value) for value in self.values]
         self.sources = list(chosen)
         present = {source_of(leaf): leaf._v for value in self.values for leaf in leaves(value)}
         self.start = np.array([float(present[source]) for source in self.sources])
@@ -93,8 +93,9 @@ class _Problem:
         rows = [gradient(value, changes) for value in self.values]
         return np.array([[row.get(source, 0.0) for source in self.sources] for row in rows])
 
-    def near(self, values: Any) -> bool:
-        return all(reached(v, g, 1e-11) for v, g in zip(values.tolist(), self.goals, strict=True))
+    def near(self, values: Any, tolerance: float = 1e-11, roundings: float = 1 / 16) -> bool:
+        wanted = zip(values.tolist(), self.goals.tolist(), self.finest, strict=True)
+        return all(reached(v, g, tolerance, roundings * finest) for v, g, finest in wanted)
 
     def inside(self, start: Any, free: list[int]) -> Any:
         """What `newton` finds with all sources in their ranges, None if it finds nothing."""
@@ -160,7 +161,7 @@ class _Problem:
         return None
 
     def _good_enough(self, values: Any) -> bool:
-        return all(reached(v, g) for v, g in zip(values.tolist(), self.goals, strict=True))
+        return self.near(values, RELATIVE_TOLERANCE, 1.0)
 
     def bracket(self, start: float) -> Any:
         """A solution for one unknown by bisection, the nearest to `start`, None if none is seen."""

@@ -13,7 +13,7 @@ from typing import Any
 
 from rosslt_auto.provenance.expressions import evaluate, leaves, topological
 from rosslt_auto.provenance.folding import LINEAR
-from rosslt_auto.provenance.inversion import NotInvertible, alternatives, invert_many, reached
+from rosslt_auto.provenance.inversion import NotInvertible, alternatives, invert_many, reached, rounding
 from rosslt_auto.provenance.locations import Source, SourceChangeRefused, source_of
 from rosslt_auto.provenance.values import untracked
 
@@ -74,10 +74,15 @@ class Wanted:
     kind: str
     target: Any
 
-    def shown_by(self, value: Any) -> bool:
-        """Whether a received value is the target."""
-        tolerance = 1e-6 if self.kind == "float" else 1e-9
-        return reached(untracked(value), self.target, tolerance)
+    def shown_by(self, value: Any, before: Any) -> bool:
+        """Whether a received value is the target.
+
+        before  the tracked value that was forced: how exactly such a value is computed
+        """
+        tolerance, finest = 1e-9, rounding(before)
+        if self.kind == "float":  # of a message: 32 bits
+            tolerance, finest = 1e-6, finest * 2**29
+        return reached(untracked(value), self.target, tolerance, finest)
 
 
 def force(
@@ -204,7 +209,7 @@ def solve(
 ) -> dict[Source, Any]:
     """New values of sources that give all fields their targets together; raises CannotForce."""
     values = [message.fields[one.path] for one in wanted]
-    if source is None and all(map(Wanted.shown_by, wanted, values)):
+    if source is None and all(map(Wanted.shown_by, wanted, values, values)):
         return {}
     try:
         found = invert_many([(v, one.target) for v, one in zip(values, wanted, strict=True)],
@@ -260,7 +265,7 @@ def _verify(
             except paths.FieldError:  # a sequence has become shorter
                 break
             result.fields[one.path]["value"] = untracked(value)
-            if one.shown_by(value):
+            if one.shown_by(value, forced.fields[one.path]):
                 continue
             if not _moves(one, message, forced, solution):
                 break
@@ -292,7 +297,7 @@ def _moves(
         by_itself = evaluate(value, {s: old[s] for s in concerned if s in old})
     except (ArithmeticError, ValueError):
         return False
-    return not reached(by_itself, untracked(before))
+    return not reached(by_itself, untracked(before), finest=rounding(before))
 
 
 def _is_approximate(value: Any) -> bool:

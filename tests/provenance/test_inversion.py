@@ -14,6 +14,7 @@ from rosslt_auto.provenance.inversion import (
     invert,
     invert_many,
     reached,
+    rounding,
 )
 from support.tracked import apply, tracked
 
@@ -170,6 +171,32 @@ def test_changes_are_what_sources_can_hold() -> None:
     assert [type(value) for value in found.changes.values()] == [int]
     with pytest.raises(NotInvertible, match="64 bits"):
         invert(N * 1, 2**63)
+
+
+@pytest.mark.parametrize("policy", ["left", "least-change"])
+@pytest.mark.parametrize("target", [1e-12, -3e-15])
+def test_tiny_targets_are_reached(policy: str, target: float) -> None:
+    """The tolerance is relative: nothing is zero because it is small (a covariance, say)."""
+    a, b = tracked(2e-11, "a"), tracked(3e-11, "b")
+    for value in (a * 3.0, a + b, a * 4.0 - b):
+        found = invert(value, target, policy)
+        assert found.exact
+        assert math.isclose(found.value, target, rel_tol=1e-6)
+
+
+def test_zero_is_reached_but_for_rounding() -> None:
+    """No float has a cosine of zero, and what 1000 was added to has lost digits."""
+    assert abs(invert(apply("cos", A) * 5.0, 0.0).value) < 1e-14
+    assert abs(invert((A + 1000.0) - 1000.0, 1e-13).value - 1e-13) < 1e-11
+    assert abs(invert(apply("sin", A) * A, 0.0).value) < 1e-14
+
+
+def test_what_is_no_rounding_is_a_difference() -> None:
+    assert not reached(0.0, 1e-12)
+    assert not reached(1e-12, 1.5e-12)
+    assert reached(1e-12, 1e-12 * (1 + 1e-10))
+    assert not reached("1", 1) and not reached(2, 3)
+    assert rounding(A * 1e-12) == 16 * math.ulp(2.0)
 
 
 def test_large_integers_keep_every_digit() -> None:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rosslt_auto.provenance import NotInvertible, is_tracked, provenance, untracked
 from rosslt_auto.provenance.expressions import evaluate, gradient, leaves
-from rosslt_auto.provenance.inversion import alternatives, invert, reached
+from rosslt_auto.provenance.inversion import alternatives, invert, reached, rounding
 from rosslt_auto.provenance.locations import source_of
 from rosslt_auto.provenance.operators import OPERATORS
 from support.tracked import bits, tracked
@@ -156,8 +156,8 @@ def test_what_is_reachable_is_reached(program: Program, plain: list[Any], data: 
     solution = invert(value, target, source=source_of(leaf).parameter)
     assert solution.exact
     assert set(solution.changes) <= {source_of(leaf)}
-    assert reached(evaluate(value, solution.changes), target)
-    assert reached(solution.value, target)
+    assert reached(evaluate(value, solution.changes), target, finest=rounding(value))
+    assert reached(solution.value, target, finest=rounding(value))
 
 
 @given(programs(EVERYTHING, 6), inputs_, st.floats(-20, 20))
@@ -179,7 +179,7 @@ def test_every_answer_is_true(program: Program, plain: list[Any], target: float)
         except ArithmeticError:  # in an instruction that the value does not depend on
             assert bits(evaluate(value, solution.changes)) == bits(solution.value)
         if solution.exact:
-            assert reached(solution.value, wanted)
+            assert reached(solution.value, wanted, finest=rounding(value))
         else:
             assert abs(solution.value - wanted) < abs(untracked(value) - wanted)
 
@@ -196,4 +196,5 @@ def test_alternatives(program: Program, plain: list[Any], target: float) -> None
             assert str(answer)
         else:
             assert set(answer.changes) <= {source}
-            assert reached(evaluate(value, answer.changes), target)
+            now = evaluate(value, answer.changes)
+            assert reached(now, target, finest=rounding(value))

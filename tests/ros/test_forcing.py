@@ -58,8 +58,30 @@ def verify(
 def test_targets_are_what_the_field_will_show() -> None:
     [x] = forcing.wanted_fields(Point32, {"x": "0.1"})
     assert x.target == 0.10000000149011612
-    assert x.shown_by(0.10000000149011612)
-    assert not x.shown_by(0.1001)
+    before = leaf(SPEED, 2.0)
+    assert x.shown_by(0.10000000149011612, before)
+    assert not x.shown_by(0.1001, before)
+
+
+def test_a_tiny_target_is_not_zero() -> None:
+    """A covariance of 1e-12 is another one than none at all."""
+    seen = message(linear_x=leaf(SPEED, 1e-11) * 0.1)
+    [x] = targets = wanted(linear_x=3e-12)
+    solution = forcing.solve(seen, targets)
+    assert solution[SPEED] == pytest.approx(3e-11, rel=1e-9)
+    assert not x.shown_by(0.0, seen.fields["linear.x"])
+    assert not x.shown_by(1e-12, seen.fields["linear.x"])
+    result = verify(seen, targets, solution, message(linear_x=leaf(SPEED, 1e-11) * 0.1))
+    assert not result.reached
+    assert verify(seen, targets, solution, message(linear_x=leaf(SPEED, 3e-11) * 0.1)).reached
+
+
+def test_zero_is_shown_by_what_rounding_leaves_of_it() -> None:
+    angle = leaf(TURN, 0.0)
+    before = record(OPERATORS["cos"], 1.0, angle) * 2
+    [x] = wanted(linear_x=0.0)
+    assert x.shown_by(1.2246467991473532e-16, before)
+    assert not x.shown_by(1e-12, before)
 
 
 @pytest.mark.parametrize("targets", [{"linear.q": "1"}, {"linear": "1"}, {"linear.x": "fast"}])
