@@ -122,6 +122,10 @@ def _print(result: Any) -> None:
         for entry in entries:
             answer = entry.get("reason") or f"-> {entry['new']!r}"
             console.print(f"  {path}: {entry['parameter']} alone {answer}", style="dim")
+    for policy, answer in result.policies.items():
+        changes = [f"{one['parameter']} -> {one['new']!r}" for one in answer.get("changes", ())]
+        told = answer.get("reason") or ", ".join(changes) or "nothing to change"
+        console.print(f"  --policy {policy}: {told}", style="dim", highlight=False)
     if result.reached:
         for path, entry in result.fields.items():
             moving = f"  (moves by itself, was to be {entry['target']!r})"

@@ -160,7 +160,8 @@ def _candidates(value: Any, only: str | None) -> list[Source]:
     """Those of its sources that may be changed, or the only one. Raises NotInvertible."""
     found = [source for source in sources(value) if only in (None, source.parameter)]
     if only is not None and not found:
-        raise NotInvertible(f"{only} is not a source of this value")
+        names = ", ".join(dict.fromkeys(source.parameter for source in sources(value)))
+        raise NotInvertible(f"{only} is not a source of this value; there are: {names}")
     open_ones = [source for source in found if not source.frozen]
     if found and not open_ones:
         raise NotInvertible("; ".join(map(_frozen, found)))

@@ -203,7 +203,7 @@ def _choice_inverse(choose: Callable[..., Any]) -> Callable[[int], Inverse]:
 
     def make_inverse(index: int) -> Inverse:
         def inverse(target: Any, *operands: Any) -> Any:
-            limit = choose(*operands[:index], *operands[index + 1 :])
+            limit = choose((*operands[:index], *operands[index + 1 :]))
             if choose(target, limit) != target:
                 raise ValueError(f"limited to {limit!r}")
             return target

@@ -16,7 +16,15 @@ from typing import Any
 import numpy as np
 
 from .expressions import computed, evaluate_many, gradient, leaves, topological
-from .inversion import RELATIVE_TOLERANCE, Changes, NotInvertible, Target, as_held, reached, rounding
+from .inversion import (
+    RELATIVE_TOLERANCE,
+    Changes,
+    NotInvertible,
+    Target,
+    as_held,
+    reached,
+    rounding,
+)
 from .locations import Source, SourceChangeRefused, source_of
 
 MAX_STEPS = 60

@@ -13,7 +13,14 @@ from typing import Any
 
 from rosslt_auto.provenance.expressions import evaluate, leaves, topological
 from rosslt_auto.provenance.folding import LINEAR
-from rosslt_auto.provenance.inversion import NotInvertible, alternatives, invert_many, reached, rounding
+from rosslt_auto.provenance.inversion import (
+    POLICIES,
+    NotInvertible,
+    alternatives,
+    invert_many,
+    reached,
+    rounding,
+)
 from rosslt_auto.provenance.locations import Source, SourceChangeRefused, source_of
 from rosslt_auto.provenance.values import untracked
 
@@ -40,6 +47,7 @@ class Forced:
     changes  what was changed, or would be in a dry run
     reason   why it was not reached, else None
     alternatives  in a dry run by path: what each single source could do, or why it cannot
+    policies      in a dry run by policy: the changes that it would make, or why there are none
     """
 
     topic: str
@@ -49,6 +57,7 @@ class Forced:
     changes: list[Change] = field(default_factory=list)
     reason: str | None = None
     alternatives: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
+    policies: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """The document of contract.md."""
@@ -61,6 +70,7 @@ class Forced:
         if self.dry_run:
             document["dry_run"] = True
             document["alternatives"] = self.alternatives
+            document["policies"] = self.policies
         if self.reason is not None:
             document["reason"] = self.reason
         return document
@@ -119,6 +129,7 @@ def force(
             result.alternatives = {
                 one.path: _alternatives(message.fields[one.path], one.target) for one in wanted
             }
+            result.policies = {name: _by_policy(message, wanted, name) for name in POLICIES}
             return result
         observer.parameters.set(result.changes, timeout)
         journal.add(result.changes)
@@ -152,6 +163,15 @@ def _alternatives(value: Any, target: Any) -> list[dict[str, Any]]:
             entry["new"] = answer.changes.get(source)
         found.append(entry)
     return found
+
+
+def _by_policy(message: TrackedMessage, wanted: list[Wanted], policy: str) -> dict[str, Any]:
+    """What all targets together come to under a policy."""
+    try:
+        changes = changes_for(message, solve(message, wanted, policy))
+    except CannotForce as refusal:
+        return {"reason": str(refusal)}
+    return {"changes": [change.to_json() for change in changes]}
 
 
 def wanted_fields(message_type: Any, targets: Mapping[str, Any]) -> list[Wanted]:
@@ -215,15 +235,22 @@ def solve(
         found = invert_many([(v, one.target) for v, one in zip(values, wanted, strict=True)],
                             policy=policy, source=source)  # fmt: skip
     except NotInvertible as refusal:
-        raise CannotForce(f"{', '.join(one.path for one in wanted)}: {refusal}") from None
+        names, reason = ", ".join(one.path for one in wanted), str(refusal)
+        joint = " is " if len(wanted) == 1 and reason.startswith("limited to ") else ": "
+        raise CannotForce(f"{names}{joint}{reason}") from None
     if not found.exact:
-        nearest = zip(wanted, found.values, strict=True)
-        raise CannotForce("; ".join(_nearest(one, value) for one, value in nearest))
+        raise CannotForce(_nearest(wanted, found.values))
     return found.changes
 
 
-def _nearest(one: Wanted, value: Any) -> str:
-    return f"{one.path} cannot become {one.target!r}, the nearest that can be reached is {value!r}"
+def _nearest(wanted: list[Wanted], values: list[Any]) -> str:
+    """Why a discrete source is not set to what comes nearest; that takes another target."""
+    found = "; ".join(
+        f"{one.path} cannot become {one.target!r}, the nearest that can be reached is {value!r}"
+        for one, value in zip(wanted, values, strict=True)
+    )
+    pairs = zip(wanted, values, strict=True)
+    return f"{found}: force {' '.join(f'{one.path}={value!r}' for one, value in pairs)} for that"
 
 
 def changes_for(message: TrackedMessage, solution: Mapping[Source, Any]) -> list[Change]:
@@ -252,11 +279,12 @@ def _verify(
     """Waits for the message that shows the targets; tells what came instead."""
     deadline = time.monotonic() + timeout
     seen = 0
+    why = ""
     while True:
         try:
             message = subscription.next(deadline)
         except NoAnswer:
-            result.reason = _not_shown(subscription.topic, result, seen)
+            result.reason = _not_shown(result, seen, why)
             return
         seen += 1
         for one in wanted:
@@ -268,6 +296,7 @@ def _verify(
             if one.shown_by(value, forced.fields[one.path]):
                 continue
             if not _moves(one, message, forced, solution):
+                why = _explanation(one, message, forced, solution)
                 break
             result.fields[one.path]["moving"] = True
         else:
@@ -305,8 +334,28 @@ def _is_approximate(value: Any) -> bool:
     return any(node._op is LINEAR for node in topological([value]))
 
 
-def _not_shown(topic: str, result: Forced, seen: int) -> str:
+def _explanation(
+    one: Wanted, message: TrackedMessage, forced: TrackedMessage, solution: Mapping[Source, Any]
+) -> str:
+    """Why a message does not show a target, as far as its own expression tells."""
+    if _is_approximate(forced.fields[one.path]):
+        return f"the long history of {one.path} is known to first order only"
+    value = message.fields.get(one.path)
+    now = {source_of(leaf): untracked(leaf) for leaf in leaves(value)} if value is not None else {}
+    if any(source in now and now[source] != new for source, new in solution.items()):
+        return f"{one.path} is still computed from the old values"
+    return "with the new values the program took another path"
+
+
+UNDO = "`python -m rosslt_auto force --undo` restores the old values"
+
+
+def _not_shown(result: Forced, seen: int, why: str) -> str:
+    """One line: what is there instead, why, and how to get back to where it was."""
+    topic = result.topic
     if not seen:
-        return f"changed, but no message on {topic} in time"
-    values = ", ".join(f"{path} is {entry['value']!r}" for path, entry in result.fields.items())
-    return f"changed, but no message on {topic} shows it: {values}"
+        found = f"changed, but no message on {topic} in time"
+    else:
+        shown = ", ".join(f"{path} is {entry['value']!r}" for path, entry in result.fields.items())
+        found = f"changed, but no message on {topic} shows it: {shown}"
+    return "; ".join(filter(None, [found, why, UNDO if result.changes else ""]))

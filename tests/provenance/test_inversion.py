@@ -48,6 +48,18 @@ def test_left_bias(value: Any, target: Any, expected: dict[str, Any]) -> None:
     assert changes(value, target) == pytest.approx(expected)
 
 
+def test_limits() -> None:
+    """A clamp gives way on its own side, and the limit is a source like any other."""
+    clamped = apply("max", apply("min", A * 2.0, B), 1.0)
+    assert untracked(clamped) == 3.0
+    assert changes(clamped, 2.0, source="a") == {"a": 1.0}
+    assert changes(clamped, 3.5) == {"b": 3.5}
+    with pytest.raises(NotInvertible, match="limited to 3"):
+        invert(clamped, 3.5, source="a")
+    with pytest.raises(NotInvertible, match=r"limited to 1\.0"):
+        invert(clamped, 0.5)
+
+
 def test_coefficients_come_after_names() -> None:
     """The 2 of ``2 * count`` is a source too, but not the one that is meant."""
     two = tracked(2, "two", named=False)

@@ -150,6 +150,53 @@ def test_the_program_went_another_way(value: Any) -> None:
     result = verify(forced, wanted(linear_x=6), {SPEED: 3.0}, message(linear_x=value))
     assert not result.reached
     assert "5.0" in str(result.reason)
+    assert "another path" in str(result.reason)
+
+
+def test_what_was_not_reached_can_be_taken_back_with_the_command_that_is_named() -> None:
+    forced = message(linear_x=leaf(SPEED, 2.0) * 2)
+    result = Forced("/cmd", changes=[forcing.Change("/a", "rosslt.speed", 2.0, 3.0)])
+    result.fields = {"linear.x": {"target": 6.0, "value": None}}
+    after = message(linear_x=leaf(SPEED, 2.0) * 2)
+    forcing._verify(Arriving(after), wanted(linear_x=6), forced, {SPEED: 3.0}, result, 1.0)  # type: ignore[arg-type]
+    assert "still computed from the old values" in str(result.reason)
+    assert str(result.reason).endswith(forcing.UNDO)
+    assert "\n" not in str(result.reason)
+
+
+def test_a_limit_names_its_place() -> None:
+    limit = leaf(Source("/a", "rosslt.limit", "float", file="/src/controller.py", line=41), 0.5)
+    speed = leaf(SPEED, 2.0)
+    seen = message(linear_x=record(OPERATORS["min"], 0.5, speed, limit))
+    with pytest.raises(CannotForce) as refusal:
+        forcing.solve(seen, wanted(linear_x=1.0), source="rosslt.speed")
+    assert str(refusal.value) == "linear.x is limited to 0.5 at controller.py:41"
+    assert list(forcing.solve(seen, wanted(linear_x=0.25)).values()) == [0.25]
+
+
+def test_a_wrong_source_is_told_the_right_ones() -> None:
+    seen = message(linear_x=leaf(SPEED, 2.0) * leaf(TURN, 0.5))
+    with pytest.raises(CannotForce, match=r"rosslt\.sped.*there are: rosslt\.speed, rosslt\.turn"):
+        forcing.solve(seen, wanted(linear_x=3.0), source="rosslt.sped")
+
+
+def test_the_nearest_of_a_discrete_source_is_named_with_the_command() -> None:
+    count = leaf(Source("/a", "rosslt.count", "int"), 4)
+    seen = message(linear_x=count * 0.5)
+    with pytest.raises(CannotForce, match=r"nearest .* is 3\.5: force linear\.x=3\.5 for that"):
+        forcing.solve(seen, wanted(linear_x=3.6))
+    assert list(forcing.solve(seen, wanted(linear_x=3.5)).values()) == [7]
+
+
+def test_both_policies_are_listed() -> None:
+    seen = message(linear_x=leaf(SPEED, 2.0) + leaf(TURN, 2.0))
+    left = forcing._by_policy(seen, wanted(linear_x=6.0), "left")
+    assert [(c["parameter"], c["new"]) for c in left["changes"]] == [("rosslt.speed", 4.0)]
+    least = forcing._by_policy(seen, wanted(linear_x=6.0), "least-change")
+    found = {c["parameter"]: c["new"] for c in least["changes"]}
+    assert found == pytest.approx({"rosslt.speed": 3.0, "rosslt.turn": 3.0})
+    never = message(linear_x=record(OPERATORS["abs"], 2.0, leaf(SPEED, 2.0)))
+    assert "never negative" in forcing._by_policy(never, wanted(linear_x=-1.0), "left")["reason"]
 
 
 def test_a_field_that_moves_by_itself() -> None:
