@@ -67,9 +67,10 @@ class Gizmos:
             if gizmo is None:
                 gizmo = self._gizmos[handle.key] = _Gizmo(handle)
                 self._make(gizmo, size)
-            elif not gizmo.held:
-                gizmo.handle = handle
-                self._follow(gizmo)
+            else:
+                if not gizmo.held:
+                    gizmo.handle = handle
+                self._follow(gizmo, handle)
         for key in self._gizmos.keys() - seen:
             if not self._gizmos[key].held:
                 self._remove(key)
@@ -120,8 +121,8 @@ class Gizmos:
 
         return on_update
 
-    def _follow(self, gizmo: _Gizmo) -> None:
-        handle = gizmo.handle
+    def _follow(self, gizmo: _Gizmo, handle: Handle) -> None:
+        """Moves it to where the messages are, all but what somebody holds."""
         waiting = time.monotonic() < gizmo.until
         for node in gizmo.nodes:
             turning = "/turn-" in node.name
@@ -130,7 +131,7 @@ class Gizmos:
                 abs(sum(a * b for a, b in zip(node.wxyz, rotation, strict=True))) > 1 - 1e-4
             )
             if node is gizmo.dragged:
-                if waiting and not there:
+                if gizmo.held or (waiting and not there):
                     continue
                 gizmo.until = 0.0
             if tuple(node.position) != handle.position:
