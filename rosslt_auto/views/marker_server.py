@@ -5,8 +5,9 @@ that this answer is good for, then follows `<namespace>/update`, whose sequence 
 exactly one; a gap makes it start anew. What people do comes on `<namespace>/feedback`. Who drags a
 marker keeps it: feedback of another client is refused until a second after the last.
 
-It is used where the package interactive_markers is installed too: the protocol is the same, and
-what is tested here is then what runs everywhere.
+It is used where the package interactive_markers is installed too. The server in there numbers and
+sends updates outside its lock, so that two threads - drags come in one, messages in another - can
+send a number twice or in the wrong order; and it refuses all feedback in a marker's first second.
 """
 
 from __future__ import annotations
