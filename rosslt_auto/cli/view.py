@@ -21,12 +21,13 @@ def main(words: Sequence[str]) -> int:
 
     from rosslt_auto.ros.observer import CannotObserve, Observer
     from rosslt_auto.views.browser import CannotServe, Page
+    from rosslt_auto.views.frames import Frames
     from rosslt_auto.views.session import Session
 
     with Observer("view") as observer:
         try:
             with (
-                Session(observer, arguments.topics, saver(observer)) as session,
+                Session(observer, arguments.topics, saver(observer), Frames()) as session,
                 Page(session, arguments.host, arguments.port) as page,
             ):
                 print(page.address, flush=True)

@@ -75,6 +75,14 @@ class Frame(NamedTuple):
         x, y, z = (a - b for a, b in zip(position, self.position, strict=True))
         return turned(inverse(self.rotation), (x, y, z))
 
+    def around(self, inner: Frame) -> Frame:
+        """A frame that stands in this one, as one in the frame around it."""
+        return Frame(self.out(inner.position), product(self.rotation, inner.rotation))
+
+
+HERE = Frame()
+"""The frame around, itself."""
+
 
 def is_finite(*numbers: float) -> bool:
     """Whether there is no NaN and no infinity among them."""

@@ -15,7 +15,7 @@ from rosslt_auto.provenance.inversion import NotInvertible, Solution, invert_man
 from rosslt_auto.provenance.locations import Source
 from rosslt_auto.provenance.values import untracked
 
-from .geometry import Quaternion, Vector, about, nearer, product
+from .geometry import Quaternion, Vector, about, inverse, nearer, product
 from .scene import Item
 from .shapes import Spot
 
@@ -57,7 +57,7 @@ class Handle:
     @property
     def rotation(self) -> Quaternion:
         """How it is turned in the fixed frame."""
-        return self.spot.rotation
+        return product(self.spot.frame.rotation, self.spot.rotation)
 
     def paths(self) -> list[str]:
         """The fields that a drag may change."""
@@ -76,9 +76,13 @@ class Handle:
         }
 
     def turned(self, rotation: Quaternion, fields: Mapping[str, Any]) -> Targets:
-        """The targets of a turn: all tracked parts of the orientation, together."""
+        """The targets of a turn: all tracked parts of the orientation, together.
+
+        rotation  in the fixed frame
+        """
         assert self.spot.turn is not None
-        wanted = nearer(rotation, self.spot.rotation)
+        local = product(inverse(self.spot.frame.rotation), rotation)
+        wanted = nearer(local, self.spot.rotation)
         targets = {}
         for name, value in zip(_TURN_FIELDS, wanted, strict=True):
             path = field_path(self.spot.turn, name)

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from .geometry import HERE, Frame
 from .shapes import (
     MARKER,
     MARKER_ARRAY,
@@ -46,6 +47,7 @@ class Item:
     key      unique, and the same for what replaces it
     topic    where it came from; root: path of its part of the message
     tracked  the message
+    frame_id the frame that its positions are in, "" if it does not say; place: where that stands
     until    when it disappears by itself, on the scene's clock; None: never
     """
 
@@ -53,6 +55,8 @@ class Item:
     topic: str
     root: str
     tracked: Tracked
+    frame_id: str = ""
+    place: Frame = HERE
     until: float | None = None
     revision: int = 0
     _draw: Callable[[Any, str], Picture] = field(default=lambda message, root: Picture())
@@ -63,7 +67,7 @@ class Item:
     def picture(self) -> Picture:
         """What it looks like; worked out when somebody looks. Raises Unshown."""
         if self._picture is None:
-            self._picture = self._draw(self._part, self.root)
+            self._picture = self._draw(self._part, self.root).placed(self.place)
         return self._picture
 
 
@@ -71,10 +75,16 @@ class Scene:
     """All items.
 
     clock  in seconds; the lifetime of markers is measured with it
+    place  where a frame stands in the fixed frame; without it all are the fixed frame
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        clock: Callable[[], float] = time.monotonic,
+        place: Callable[[str], Frame] = lambda frame_id: HERE,
+    ) -> None:
         self._clock = clock
+        self._place = place
         self._items: dict[str, Item] = {}
         self._lock = threading.RLock()
         self._revision = 0
@@ -91,8 +101,9 @@ class Scene:
                 for i, marker in enumerate(tracked.message.markers):
                     self._marker(topic, f"markers[{i}]", marker, tracked)
             else:
-                draw = PICTURES[type_name]
-                self._put(Item(topic, topic, "", tracked, None, 0, draw, tracked.message))
+                draw, message = PICTURES[type_name], tracked.message
+                frame_id = str(message.header.frame_id) if hasattr(message, "header") else ""
+                self._put(Item(topic, topic, "", tracked, frame_id, _draw=draw, _part=message))
             self._arrived.notify_all()
 
     def _marker(self, topic: str, root: str, marker: Any, tracked: Tracked) -> None:
@@ -101,7 +112,11 @@ class Scene:
         if action == ADD:
             lifetime = marker.lifetime.sec + marker.lifetime.nanosec * 1e-9
             until = self._clock() + float(lifetime) if lifetime > 0 else None
-            self._put(Item(key, topic, root, tracked, until, 0, picture_of_marker, marker))
+            frame_id = str(marker.header.frame_id)
+            self._put(
+                Item(key, topic, root, tracked, frame_id, HERE, until, 0,
+                     picture_of_marker, marker)
+            )  # fmt: skip
         elif action == DELETE:
             self._remove(key)
         elif action == DELETE_ALL:
@@ -116,10 +131,16 @@ class Scene:
                 self._remove(item.key)
 
     def _put(self, item: Item) -> None:
-        self._revision += 1
-        item.revision = self._revision
+        self._note_news(item)
         self.problems.pop(item.key, None)
         self._items[item.key] = item
+
+    def _note_news(self, item: Item) -> None:
+        """It has to be drawn again."""
+        self._revision += 1
+        item.revision = self._revision
+        item.place = self._place(item.frame_id)
+        item._picture = None
 
     def _remove(self, key: str) -> None:
         self._items.pop(key, None)
@@ -139,6 +160,9 @@ class Scene:
                 if item.until is not None and item.until <= now:
                     self._remove(key)
             found = list(self._items.values())
+            for item in found:
+                if item.place != self._place(item.frame_id):
+                    self._note_news(item)
         return list(self._drawable(found))
 
     def _drawable(self, items: list[Item]) -> Iterator[Item]:

@@ -21,6 +21,7 @@ from rosslt_auto.ros.saving import given_by
 
 from . import shapes
 from .dragging import Changed, Choice, Drag, Dragger
+from .frames import Frames
 from .handles import Handle, Handles
 from .listing import Listing, Literal
 from .scene import Item, Scene
@@ -48,6 +49,7 @@ class Session:
 
     topics  only these are shown; without any: all whose type can be shown
     saver   writes changes into files, None where nobody can
+    frames  where frames stand; without it all are one fixed frame, and who shows them knows better
 
     scene, handles, listing   what is shown, what can be dragged, the literals behind it
     choice                    how sources are chosen
@@ -55,12 +57,17 @@ class Session:
     """
 
     def __init__(
-        self, observer: Observer, topics: Sequence[str] = (), saver: Saver | None = None
+        self,
+        observer: Observer,
+        topics: Sequence[str] = (),
+        saver: Saver | None = None,
+        frames: Frames | None = None,
     ) -> None:
         self._observer = observer
         self._only = {full_name(topic) for topic in topics}
         self.saver = saver
-        self.scene = Scene()
+        self._frames = frames
+        self.scene = Scene() if frames is None else Scene(place=frames.place)
         self.listing = Listing()
         self.handles = Handles(lambda source: not self.listing.frozen(source))
         self.choice = Choice()
@@ -83,6 +90,8 @@ class Session:
         )
         latched = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         node.create_subscription(Log, "/rosout", self._on_log, latched)
+        if self._frames is not None:
+            self._frames.follow(node)
         for thread in self._threads:
             thread.start()
         return self

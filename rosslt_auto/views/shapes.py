@@ -1,15 +1,15 @@
 """What messages look like: each is made into shapes, plain data that a view can draw.
 
-All frames are treated as one fixed frame.
+Shapes and spots stand in the frame that the message names; `Picture.placed` puts them elsewhere.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from .geometry import Frame, Quaternion, Vector, is_finite, unit
+from .geometry import UNTURNED, Frame, Quaternion, Vector, is_finite, unit
 
 ARROW, CUBE, SPHERE, CYLINDER, LINE_STRIP, LINE_LIST = range(6)
 CUBE_LIST, SPHERE_LIST, POINTS, TEXT, MESH, TRIANGLE_LIST = range(6, 12)
@@ -80,6 +80,15 @@ class Picture:
     shapes: tuple[Shape, ...] = ()
     spots: tuple[Spot, ...] = field(default=())
 
+    def placed(self, place: Frame) -> Picture:
+        """The same in the frame around `place`."""
+        if place == Frame():
+            return self
+        return Picture(
+            tuple(replace(shape, frame=place.around(shape.frame)) for shape in self.shapes),
+            tuple(replace(spot, frame=place.around(spot.frame)) for spot in self.spots),
+        )
+
 
 def joined(path: str, name: str) -> str:
     """The path of a field of what stands at `path`."""
@@ -117,7 +126,7 @@ def picture_of_marker(marker: Any, root: str = "") -> Picture:
     if kind in OF_POINTS or (kind == ARROW and points):
         points_path = joined(root, "points")
         spots += [
-            Spot(f"{points_path}[{i}]", None, frame, point, frame.rotation, is_point=True)
+            Spot(f"{points_path}[{i}]", None, frame, point, UNTURNED, is_point=True)
             for i, point in enumerate(points)
         ]
     return Picture((shape,), tuple(spots))
@@ -148,7 +157,7 @@ def _picture_of_point(point: Any, root: str) -> Picture:
     size = (0.12, 0.12, 0.12)
     return Picture(
         (Shape(SPHERE, Frame(position), size, (0.9, 0.7, 0.2, 1.0)),),
-        (Spot(root, None, Frame(), position, Frame().rotation),),
+        (Spot(root, None, Frame(), position, UNTURNED),),
     )
 
 
@@ -165,8 +174,8 @@ def _picture_of_path(path: Any, root: str) -> Picture:
     positions = tuple(_finite(_vector(stamped.pose.position)) for stamped in path.poses)
     spots = tuple(
         Spot(
-            f"{joined(root, f'poses[{i}].pose')}.position", None, Frame(), position,
-            Frame().rotation, is_point=True,
+            f"{joined(root, f'poses[{i}].pose')}.position", None, Frame(), position, UNTURNED,
+            is_point=True,
         )
         for i, position in enumerate(positions)
     )  # fmt: skip
