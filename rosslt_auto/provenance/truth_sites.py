@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import ast
 from collections import defaultdict
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any, ClassVar, NamedTuple
 
 Position = tuple[int, int, int, int]
 """First line, column, last line, column: of an assignment's target, or of a call."""
@@ -49,7 +50,7 @@ class TruthSites:
     bound     by (line, column): what such a literal is bound to
     """
 
-    def __init__(self, tree: ast.AST) -> None:
+    def __init__(self, tree: ast.Module) -> None:
         walk = _Walk()
         walk.visit(tree)
         self.sites: list[Site] = []
@@ -68,9 +69,24 @@ class TruthSites:
 
 
 _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
-_SCOPES = (*_FUNCTIONS, ast.ClassDef, ast.Module)
+_SCOPES = frozenset((*_FUNCTIONS, ast.ClassDef))
 _SELF = "self"
 _UNKNOWN = None
+
+
+class _Fields(dict[type, tuple[str, ...]]):
+    """By kind of node: the fields that may hold others."""
+
+    _OTHERS = frozenset({"ctx", "op", "ops", "id", "attr", "kind", "type_comment"})
+
+    def __missing__(self, kind: type) -> tuple[str, ...]:
+        fields: tuple[str, ...] = getattr(kind, "_fields", ())
+        self[kind] = found = tuple(name for name in fields if name not in self._OTHERS)
+        return found
+
+
+_FIELDS = _Fields()
+_LEAVES = frozenset({type(None), str, int, bool, ast.Constant, ast.Pass, ast.Break, ast.Continue})
 
 
 class _Walk:
@@ -81,29 +97,49 @@ class _Walk:
         self.names: dict[tuple[int, str], list[Any]] = defaultdict(list)
         self.attributes: dict[str, list[Any]] = defaultdict(list)
         self.bound: dict[int, Bound] = {}
+        self._simple: set[int] = set()  # targets whose value is known
 
-    def visit(self, tree: ast.AST) -> None:
-        stack: list[tuple[ast.AST, list[ast.AST]]] = [(tree, [tree])]
-        simple: set[int] = set()  # targets whose value is known
-        while stack:
-            node, scopes = stack.pop()
-            if isinstance(node, (ast.Assign, ast.AnnAssign)) and node.value is not None:
-                targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-                for target in targets:
-                    self._bind(target, node.value, scopes)
-                    simple.add(id(target))
-            elif isinstance(node, ast.Call) and _looks_like_class(node.func):
-                for keyword in node.keywords:
-                    if keyword.arg is not None:
-                        self.sites.append((_position(node), keyword.arg, keyword.value, scopes))
-            elif isinstance(node, (ast.Name, ast.Attribute)) and id(node) not in simple:
-                if not isinstance(node.ctx, ast.Load):
-                    self._bind(node, _UNKNOWN, scopes)
-            else:
-                self._bind_others(node, scopes)
-            inner = [*scopes, node] if isinstance(node, _SCOPES) and node is not tree else scopes
-            # Not reversed: the order does not matter, but targets come after their statement.
-            stack.extend((child, inner) for child in ast.iter_child_nodes(node))
+    def visit(self, tree: ast.Module) -> None:
+        """Goes through a tree, one scope after another: the order does not matter.
+
+        But targets come after their statement. (This takes the most time of all passes over a
+        tree, so the loop is written out.)
+        """
+        scopes_left: list[tuple[ast.AST, list[ast.AST]]] = [(tree, [tree])]
+        while scopes_left:
+            scope, scopes = scopes_left.pop()
+            nodes: list[Any] = [scope]
+            while nodes:
+                node = nodes.pop()
+                kind = node.__class__
+                if node is not scope:
+                    if kind in self._VISITS:
+                        self._VISITS[kind](self, node, scopes)
+                    if kind in _SCOPES:
+                        scopes_left.append((node, [*scopes, node]))
+                        continue
+                for name in _FIELDS[kind]:
+                    child = getattr(node, name, None)
+                    if child.__class__ is list:
+                        nodes += child
+                    elif child.__class__ not in _LEAVES:
+                        nodes.append(child)
+
+    def _assignment(self, node: Any, scopes: list[ast.AST]) -> None:
+        if node.value is not None:
+            for target in node.targets if isinstance(node, ast.Assign) else (node.target,):
+                self._bind(target, node.value, scopes)
+                self._simple.add(id(target))
+
+    def _call(self, node: ast.Call, scopes: list[ast.AST]) -> None:
+        if node.keywords and _looks_like_class(node.func):
+            for keyword in node.keywords:
+                if keyword.arg is not None:
+                    self.sites.append((_position(node), keyword.arg, keyword.value, scopes))
+
+    def _target(self, node: Any, scopes: list[ast.AST]) -> None:
+        if node.ctx.__class__ is not ast.Load and id(node) not in self._simple:
+            self._bind(node, _UNKNOWN, scopes)
 
     def _bind(self, target: ast.expr, value: ast.expr | None, scopes: list[ast.AST]) -> None:
         scope = scopes[-1]
@@ -130,23 +166,45 @@ class _Walk:
         if bound is not None and value is not None:
             self.bound[id(value)] = bound
 
-    def _bind_others(self, node: ast.AST, scopes: list[ast.AST]) -> None:
-        """Bindings whose values cannot be told."""
-        scope = scopes[-1]
-        if isinstance(node, ast.arg):
-            self.names[id(scope), node.arg].append(_UNKNOWN)
-        elif isinstance(node, (ast.Global, ast.Nonlocal)):
-            for name in node.names:
-                for other in scopes:
-                    self.names[id(other), name].append(_UNKNOWN)
-        elif isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
-            self.names[id(scope), node.name].append(_UNKNOWN)
-            self.attributes[node.name].append(_UNKNOWN)
-        elif isinstance(node, ast.alias):
-            name = (node.asname or node.name).partition(".")[0]
-            self.names[id(scope), name].append(_UNKNOWN)
-        elif isinstance(node, (ast.ExceptHandler, ast.MatchAs, ast.MatchStar)) and node.name:
-            self.names[id(scope), node.name].append(_UNKNOWN)
+    # Bindings whose values cannot be told:
+
+    def _argument(self, node: ast.arg, scopes: list[ast.AST]) -> None:
+        self.names[id(scopes[-1]), node.arg].append(_UNKNOWN)
+
+    def _declaration(self, node: ast.Global | ast.Nonlocal, scopes: list[ast.AST]) -> None:
+        for name in node.names:
+            for scope in scopes:
+                self.names[id(scope), name].append(_UNKNOWN)
+
+    def _definition(self, node: Any, scopes: list[ast.AST]) -> None:
+        self.names[id(scopes[-1]), node.name].append(_UNKNOWN)
+        self.attributes[node.name].append(_UNKNOWN)
+
+    def _import(self, node: ast.alias, scopes: list[ast.AST]) -> None:
+        name = (node.asname or node.name).partition(".")[0]
+        self.names[id(scopes[-1]), name].append(_UNKNOWN)
+
+    def _capture(self, node: Any, scopes: list[ast.AST]) -> None:
+        if node.name:
+            self.names[id(scopes[-1]), node.name].append(_UNKNOWN)
+
+    _VISITS: ClassVar[dict[type, Callable[[_Walk, Any, list[ast.AST]], None]]] = {
+        ast.Assign: _assignment,
+        ast.AnnAssign: _assignment,
+        ast.Call: _call,
+        ast.Name: _target,
+        ast.Attribute: _target,
+        ast.arg: _argument,
+        ast.Global: _declaration,
+        ast.Nonlocal: _declaration,
+        ast.FunctionDef: _definition,
+        ast.AsyncFunctionDef: _definition,
+        ast.ClassDef: _definition,
+        ast.alias: _import,
+        ast.ExceptHandler: _capture,
+        ast.MatchAs: _capture,
+        ast.MatchStar: _capture,
+    }
 
     def origins(
         self, value: ast.expr, scopes: list[ast.AST]
