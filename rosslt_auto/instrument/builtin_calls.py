@@ -92,8 +92,8 @@ def _str(x: Any, /) -> Any:
 _MANY = 256
 
 
-def _extreme(plain: Function, op: Operator) -> tuple[Function, Function]:
-    """`min` or `max` of two numbers, and in any other form.
+def _extreme(plain: Function, op: Operator) -> tuple[Function, Function, Function]:
+    """`min` or `max` of two numbers, of the items of something, and in any other form.
 
     The result is one of the operands, with the provenance of all. (Of other things than Python's
     numbers it is that operand itself, as it is.)
@@ -123,7 +123,7 @@ def _extreme(plain: Function, op: Operator) -> tuple[Function, Function]:
             return plain(*items, **keywords)
         return of_items(items) if len(items) > 1 else of_items(*items)
 
-    return of_two, of_any
+    return of_two, of_items, of_any
 
 
 def _is_pythons(item: Any) -> bool:
@@ -140,7 +140,8 @@ def _is_pythons(item: Any) -> bool:
 def _sum(items: Any, /, start: Any = 0) -> Any:
     """`sum` of plain operands: of floats it is compensated since 3.12, of a subclass it is not."""
     again = items
-    if type(items) not in (list, tuple):
+    kind = type(items)
+    if kind is not list and kind is not tuple:
         items, again = itertools.tee(items)  # looked at once, when the plain function looks
     value = sum(items, start)
     if not is_tracked(value):
@@ -159,15 +160,14 @@ def _any_sum(*args: Any, **keywords: Any) -> Any:
     return sum(*args, **keywords)
 
 
-_min_of_two, _any_min = _extreme(min, OPERATORS["min"])
-_max_of_two, _any_max = _extreme(max, OPERATORS["max"])
+_min_of_two, _min_of_items, _any_min = _extreme(min, OPERATORS["min"])
+_max_of_two, _max_of_items, _any_max = _extreme(max, OPERATORS["max"])
 
 ONE: dict[Function, Function] = {float: _float, int: _int, str: _str, type: _plain_type}
-TWO: dict[Function, Function] = {
-    int: _int_in_base, min: _min_of_two, max: _max_of_two, sum: _sum,
-}  # fmt: skip
+TWO: dict[Function, Function] = {int: _int_in_base, min: _min_of_two, max: _max_of_two}
+ITEMS: dict[Function, Function] = {min: _min_of_items, max: _max_of_items, sum: _sum}
 ANY: dict[Function, Function] = {
     float: exactly(1, _float, float), int: _any_int, str: exactly(1, _str, str),
     min: _any_min, max: _any_max, sum: _any_sum,
 }  # fmt: skip
-"""Tracked versions by the plain function: for one, two, and any other arguments."""
+"""Tracked versions by the plain function: for one number, two, items, and any other arguments."""

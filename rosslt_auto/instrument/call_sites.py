@@ -9,7 +9,7 @@ from __future__ import annotations
 import ast
 
 from ..provenance.array_names import CALLS as ARRAY_CALLS
-from .calls import CALL, CALL_1, CALL_2
+from .calls import CALL, CALL_1, CALL_2, CALL_ITEMS
 from .executed import CALL_EXECUTE
 from .file_calls import CALL_FILE, FILE_CALLS
 from .statistics_calls import CALL_STATISTICS, STATISTICS_CALLS
@@ -24,7 +24,8 @@ FILE_MODULES = frozenset({"json", "yaml"})
 MATH_MODULES = frozenset({"math", "statistics"})
 """Modules whose functions are tracked by these names."""
 
-_OVER_ITERABLES = frozenset({"fsum", "sum"})
+_OVER_ITEMS = frozenset({"fsum", "sum"})
+_OVER_ITERABLES = frozenset({"dist", "fsum", "sum", "sumprod"})
 MATH_CALLS = STATISTICS_CALLS | frozenset(
     {
         "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "comb", "copysign",
@@ -62,13 +63,15 @@ def call_helper(node: ast.Call, name: str) -> str | None:
     elif name in ("min", "max"):
         if not plain_shape or not args:
             return None  # with a key, or several numbers that cannot be seen
-        return CALL_2 if len(args) == 2 else CALL
+        return {1: CALL_ITEMS, 2: CALL_2}.get(len(args), CALL)
     elif name == "map":
         return CALL if plain_shape and len(args) > 1 and _may_be_known(args[0]) else None
     elif name in _CONVERSIONS and plain_shape and not _may_convert(args, name):
         return None
     if name in STATISTICS_CALLS:
         return CALL_STATISTICS
+    if plain_shape and len(args) == 1 and name in _OVER_ITEMS:
+        return CALL_ITEMS
     if not plain_shape or name in _OVER_ITERABLES or not 1 <= len(args) <= 2:
         return CALL
     return CALL_1 if len(args) == 1 else CALL_2

@@ -21,6 +21,7 @@ from .wrappers import Function
 
 CALL_1 = "@rosslt.call1"
 CALL_2 = "@rosslt.call2"
+CALL_ITEMS = "@rosslt.items"
 CALL = "@rosslt.call"
 UNTRACKED = "@rosslt.untracked"
 """The names under which rewritten code finds the functions, in `builtins`."""
@@ -32,8 +33,10 @@ def _by_id(*tables: Mapping[Function, Function]) -> dict[int, Function]:
 
 _one = _by_id(builtin_calls.ONE, math_calls.ONE)
 _two = _by_id(builtin_calls.TWO, math_calls.TWO)
+_items = _by_id(builtin_calls.ITEMS, math_calls.ITEMS)
 _any = _by_id(builtin_calls.ANY, math_calls.ANY)
-"""Tracked versions by the id of the plain function: for one, two, and any other arguments.
+"""Tracked versions by the id of the plain function: for one number, two, the items of one
+argument, and any other arguments.
 
 An id, because a user's callable may have no hash; the plain functions live as long as we do.
 """
@@ -42,20 +45,30 @@ An id, because a user's callable may have no hash; the plain functions live as l
 @unseen
 def call_1(function: Function, x: Any, /) -> Any:
     """``function(x)``, tracked."""
-    if type(type(x)) is not type:
-        tracked = _one.get(id(function))
-        if tracked is not None:
-            return tracked(x)
-    return function(x)
+    kind = type(x)
+    if kind is float or type(kind) is type:
+        return function(x)
+    tracked = _one.get(id(function))
+    return function(x) if tracked is None else tracked(x)
+
+
+@unseen
+def call_items(function: Function, items: Any, /) -> Any:
+    """``function(items)`` of a function over items, tracked."""
+    tracked = _items.get(id(function))
+    return function(items) if tracked is None else tracked(items)
 
 
 @unseen
 def call_2(function: Function, x: Any, y: Any, /) -> Any:
     """``function(x, y)``, tracked."""
+    kind = type(x)
+    if kind is float or type(kind) is type:
+        kind = type(y)
+        if kind is float or type(kind) is type:
+            return function(x, y)
     tracked = _two.get(id(function))
-    if tracked is not None:
-        return tracked(x, y)
-    return function(x, y)
+    return function(x, y) if tracked is None else tracked(x, y)
 
 
 @unseen
@@ -80,7 +93,10 @@ def forget(tracked: Mapping[int, Function]) -> None:
 
 def publish() -> None:
     """Lets rewritten code find the functions of this module."""
-    vars(builtins).update({CALL_1: call_1, CALL_2: call_2, CALL: call_any, UNTRACKED: untracked})
+    vars(builtins).update(
+        {CALL_1: call_1, CALL_2: call_2, CALL_ITEMS: call_items, CALL: call_any,
+         UNTRACKED: untracked}
+    )  # fmt: skip
 
 
 @unseen
@@ -110,11 +126,13 @@ __all__ = [
     "CALL",
     "CALL_1",
     "CALL_2",
+    "CALL_ITEMS",
     "DISGUISED",
     "UNTRACKED",
     "call_1",
     "call_2",
     "call_any",
+    "call_items",
     "forget",
     "learn",
     "publish",

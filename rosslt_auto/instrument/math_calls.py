@@ -83,8 +83,9 @@ _PAIRS = {"modf": ("modf_fraction", "modf_whole"), "frexp": ("frexp_mantissa", "
 
 ONE: dict[Function, Function] = {}
 TWO: dict[Function, Function] = {}
+ITEMS: dict[Function, Function] = {math.fsum: _fsum}
 ANY: dict[Function, Function] = {}
-"""Tracked versions by the plain function: for one, two, and any other arguments."""
+"""Tracked versions by the plain function: for one number, two, items, and any other arguments."""
 
 
 def _fill_tables() -> None:
@@ -101,11 +102,9 @@ def _fill_tables() -> None:
         ONE[plain] = _pair(plain, OPERATORS[first], OPERATORS[second])
         ANY[plain] = exactly(1, ONE[plain], plain)
     ANY[math.fsum] = exactly(1, _fsum, math.fsum)
-    TWO[math.dist] = _dist
     ANY[math.dist] = exactly(2, _dist, math.dist)
     sumprod = getattr(math, "sumprod", None)  # new in 3.12
     if sumprod is not None:
-        TWO[sumprod] = _sumprod
         ANY[sumprod] = exactly(2, _sumprod, sumprod)
 
 

@@ -90,6 +90,8 @@ def test_two_arguments(name, x, y) -> None:
 def test_sum(xs, which, start) -> None:
     marked = [tracked(x) if i % 4 == which and type(x) is not bool else x for i, x in enumerate(xs)]
     expected = outcome(sum, xs, start)
+    assert outcome(calls.call_items, sum, marked) == outcome(sum, xs)
+    assert outcome(calls.call_items, sum, iter(marked)) == outcome(sum, xs)
     assert outcome(calls.call_any, sum, marked, start) == expected
     assert outcome(calls.call_any, sum, iter(marked), start) == expected
     assert outcome(calls.call_any, sum, tuple(marked), start=start) == expected
@@ -99,7 +101,7 @@ def test_sum(xs, which, start) -> None:
 @given(st.lists(st.tuples(st.floats(-1e9, 1e9), st.floats(-1e9, 1e9)), min_size=1))
 def test_dist(points) -> None:
     p, q = zip(*points, strict=True)
-    result = calls.call_2(math.dist, [tracked(x) for x in p], q)
+    result = calls.call_any(math.dist, [tracked(x) for x in p], q)
     assert untracked(result) == math.dist(p, q)
     assert provenance(result).evaluate({}) == math.dist(p, q)
 
@@ -109,7 +111,7 @@ def test_dist_of_what_only_converts_to_numbers() -> None:
         def __float__(self) -> float:
             return 1.0
 
-    assert outcome(calls.call_2, math.dist, [tracked(4.0)], [Like()]) == (float, "3.0")
+    assert outcome(calls.call_any, math.dist, [tracked(4.0)], [Like()]) == (float, "3.0")
 
 
 def test_everything_with_an_operator_keeps_provenance() -> None:
@@ -159,6 +161,7 @@ def test_functions_of_the_same_name_are_called_as_they_are() -> None:
     function = Unhashable()
     assert calls.call_1(function, x)[0][0] is x
     assert calls.call_2(function, x, 2)[0][0] is x
+    assert calls.call_items(function, [x])[0][0][0] is x
     assert calls.call_any(function, x, k=x)[1]["k"] is x
 
 
@@ -172,6 +175,8 @@ def test_wrong_calls_fail_as_plain_ones(function, args, keywords) -> None:
     assert outcome(calls.call_any, function, *marked, **keywords) == expected
     if len(args) == 2 and not keywords:
         assert outcome(calls.call_2, function, *marked) == expected
+    if len(args) == 1 and not keywords:
+        assert outcome(calls.call_items, function, *marked) == expected
 
 
 def test_items_are_consumed_as_by_the_plain_function() -> None:
@@ -200,7 +205,7 @@ def test_items_are_consumed_as_by_the_plain_function() -> None:
         lambda: calls.call_any(sum, [tracked(1.0), "x"]),
         lambda: calls.call_any(sum, (x for x in [tracked(1.0), "x"])),
         lambda: calls.call_any(math.hypot, tracked(1.0), "x", 3),
-        lambda: calls.call_2(math.dist, [tracked(1.0)], [1, 2]),
+        lambda: calls.call_any(math.dist, [tracked(1.0)], [1, 2]),
     ],
 )
 def test_tracebacks_are_plain(call) -> None:
@@ -214,4 +219,4 @@ def test_tracebacks_are_plain(call) -> None:
 def test_sumprod() -> None:
     p, q = [0.1, tracked(0.2), 0.3], [tracked(1e16), 1.0, -1e16]
     expected = math.sumprod(map(untracked, p), map(untracked, q))
-    assert untracked(calls.call_2(math.sumprod, p, q)) == expected
+    assert untracked(calls.call_any(math.sumprod, p, q)) == expected

@@ -170,7 +170,7 @@ def test_left_alone(source: str) -> None:
     [
         ("x = float(y)", "x = @rosslt.call1(float, y)"),
         ("x = float(*y)", "x = @rosslt.call(float, *y)"),
-        ("x = sum(y)", "x = @rosslt.call(sum, y)"),
+        ("x = sum(y)", "x = @rosslt.items(sum, y)"),
         ("x = sum(y, start=z)", "x = @rosslt.call(sum, y, start=z)"),
         ("x = type(y)", "x = @rosslt.call1(type, y)"),
         ("import math\nx = math.sin(y)", "import math\nx = @rosslt.call1(math.sin, y)"),
