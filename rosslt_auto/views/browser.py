@@ -194,7 +194,7 @@ class Page:
         items = session.scene.items()
         self._drawing.update(items)
         shown: list[tuple[Handle, float]] = []
-        self._handles.clear()
+        found: dict[str, Handle] = {}
         points: dict[str, tuple[Item, list[Handle]]] = {}
         for item in items:
             handles = session.handles.of(item)
@@ -202,12 +202,13 @@ class Page:
                 self._noted[item.key] = began + _NOTE
                 session.note_sources(item, [path for one in handles for path in one.paths()])
             for handle in handles:
-                self._handles[handle.key] = handle
+                found[handle.key] = handle
                 if handle.spot.is_point:
                     points.setdefault(item.key, (item, []))[1].append(handle)
                 elif len(shown) < _MAX_GIZMOS:
                     shown.append((handle, _size(item)))
-        selected = self._handles.get(self._selected or "")
+        self._handles = found  # all at once: callbacks come in other threads
+        selected = found.get(self._selected or "")
         if selected is not None and selected.spot.is_point:
             shown.append((selected, 0.5))
         self._gizmos.update(shown)
@@ -306,9 +307,10 @@ class Page:
 
     def _offer_sources(self, options: list[tuple[str, str, str]]) -> None:
         labels = (_AUTOMATIC, *dict.fromkeys(label for _, _, label in options))
-        self._options = {}
+        ways: dict[str, list[tuple[str, str]]] = {}
         for path, parameter, label in options:
-            self._options.setdefault(label, []).append((path, parameter))
+            ways.setdefault(label, []).append((path, parameter))
+        self._options = ways
         if self._source.visible != bool(options):
             self._source.visible = bool(options)
         if tuple(self._source.options) != labels or self._offered != self._selected:
