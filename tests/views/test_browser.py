@@ -8,9 +8,10 @@ import math
 import os
 import shutil
 import sys
-from collections.abc import Iterator
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +20,10 @@ import pytest
 pytest.importorskip("viser")
 pytest.importorskip("playwright.sync_api")
 
+import imageio.v3 as imageio
 import numpy as np
 from geometry_msgs.msg import Pose
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import TimeoutError, sync_playwright
 from visualization_msgs.msg import Marker
 
 from rosslt_auto.views.browser import CAMERA
@@ -30,11 +32,11 @@ from support.observer import Observer, Recording
 from support.process import SAMPLES, Program, environment, start
 from support.waiting import wait_until
 
-CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or "/usr/bin/chromium"
+CHROMIUM = shutil.which(os.environ.get("CHROMIUM") or "chromium")
 
 pytestmark = [
     pytest.mark.browser,
-    pytest.mark.skipif(not os.path.exists(CHROMIUM), reason="there is no Chromium"),
+    pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium"),
 ]
 
 SHOTS = os.environ.get("SCREENSHOTS")
@@ -43,6 +45,8 @@ SHOTS = os.environ.get("SCREENSHOTS")
 NODES = ("interactive_script.py", "slt_trajectory.py", "slt_quad.py")
 TOPICS = ("/trajectory_marker", "/quad_marker")
 PATIENCE = 120.0
+ARROW = (2.6, 0.5, 1.5)
+"""The arrow along x of the quadcopter at (2, 0.5, 1.5)."""
 
 ARGUMENTS = [
     "--no-sandbox",
@@ -76,6 +80,7 @@ class Page:
     tab: Any
     mission: Path
     script: Program
+    start_script: Callable[[], Program]
     observer: Observer
     target: Recording
     quad: Recording
@@ -100,12 +105,26 @@ class Page:
             box["y"] + box["height"] / 2 - zoom * (away @ up),
         )
 
+    def hover(self, place: Place) -> None:
+        """Until what can be dragged there says so by its colour: a slow page draws late."""
+        x, y = self.pixel(*place)
+        around = {"x": x - 4, "y": y - 4, "width": 9, "height": 9}
+
+        def is_yellow() -> bool:
+            self.tab.mouse.move(x + 60, y + 60)
+            self.tab.mouse.move(x, y)
+            self.tab.wait_for_timeout(200)
+            shot = imageio.imread(self.tab.screenshot(clip=around, timeout=PATIENCE * 1000))
+            colours = shot[..., :3].astype(int)
+            return bool((colours[..., 2] < colours[..., :2].min(axis=-1) - 40).any())
+
+        wait_until(is_yellow, f"something to drag at {place}", PATIENCE)
+
     def drag(self, start: Place, end: Place, frames: str = "") -> None:
         """With the mouse, from one place to another, without letting go."""
         mouse = self.tab.mouse
         a, b = self.pixel(*start), self.pixel(*end)
-        mouse.move(*a)
-        self.tab.wait_for_timeout(500)
+        self.hover(start)
         mouse.down()
         for step in range(1, 9):
             mouse.move(*(p + (q - p) * step / 8 for p, q in zip(a, b, strict=True)))
@@ -119,10 +138,11 @@ class Page:
 
         def clicked() -> bool:
             self.tab.mouse.move(*self.pixel(*place))
-            self.tab.wait_for_timeout(500)
+            self.tab.wait_for_timeout(300)
             self.tab.mouse.down()
             self.tab.mouse.up()
-            self.tab.wait_for_timeout(2000)
+            with suppress(TimeoutError):
+                text.wait_for(timeout=3000)
             return text.is_visible()
 
         wait_until(clicked, f"a click shows {shows!r}", PATIENCE)
@@ -143,22 +163,48 @@ class Page:
         self.tab.get_by_label(what).first.click()
         self.tab.get_by_role("option", name=option).first.click()
 
-    def undo_all(self) -> None:
+    def restore(self) -> None:
+        """All is as at the beginning, whatever a test before has done, also one that has failed."""
+        self.tab.mouse.up()
+        self.tab.keyboard.press("Escape")  # closes what Save opens
+        if not self.script.running:
+            self.script = self.start_script()
+        if self.mission.read_text() != MISSION:
+            self.mission.write_text(MISSION)
+        for what, option in (("Policy", "left"), ("Change", "automatic")):
+            dropdown = self.tab.get_by_label(what).first
+            if dropdown.is_visible() and dropdown.input_value() != option:
+                self.choose(what, option)
+        self.tab.get_by_text("HEIGHT = ").first.wait_for()
+        self._undo_all()
+        self.arrive(2.0, 1.5)
+
+    def arrive(self, x: float, z: float) -> None:
+        """Waits until the quadcopter is there."""
+
+        def there(pose: Pose) -> bool:
+            return (pose.position.x, pose.position.y, pose.position.z) == (x, 0.5, z)
+
+        self.quad.until(there, since=len(self.quad), deadline=PATIENCE)
+
+    def _undo_all(self) -> None:
         """Until the literals are what they were."""
         changed = self.tab.locator("mark.changed")
+        undo = self.tab.get_by_role("button", name="Undo")
 
         def nothing_left() -> bool:
             if not changed.count():
                 return True
-            self.press("Undo")
-            self.tab.wait_for_timeout(500)
+            with suppress(TimeoutError):  # nothing to undo any more, and the panel lags behind
+                undo.click(timeout=2000)
+            self.tab.wait_for_timeout(300)
             return False
 
         wait_until(nothing_left, "all is undone", PATIENCE)
 
 
 @pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+def flight(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
     folder = tmp_path_factory.mktemp("flight") / "sample_nodes"
     folder.mkdir()
     for name in NODES:
@@ -167,10 +213,11 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
     mission.write_text(MISSION)
     with ExitStack() as stack:
         domain = stack.enter_context(reserved_domain())
-        script, *_ = [
-            stack.enter_context(start(folder / name, domain=domain, instrumented=True))
-            for name in NODES
-        ]
+
+        def node(name: str) -> Program:
+            return stack.enter_context(start(folder / name, domain=domain, instrumented=True))
+
+        script, *_ = [node(name) for name in NODES]
         command = [sys.executable, "-m", "rosslt_auto", "view", *TOPICS]
         view = stack.enter_context(Program(command, environment(domain), cwd=folder.parent))
         observer = stack.enter_context(Observer(domain))
@@ -181,10 +228,14 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
         stack.callback(browser.close)
         tab = _tab(browser, address)
-        quad.until(lambda pose: pose.position.x == 2.0, deadline=PATIENCE)
-        tab.wait_for_timeout(3000)  # drawn, in software, with nothing to ask whether it is
-        tab.screenshot(timeout=PATIENCE * 1000)
-        yield Page(tab, mission, script, observer, target, quad, curve)
+        yield Page(tab, mission, script, partial(node, NODES[0]), observer, target, quad, curve)
+
+
+@pytest.fixture
+def page(flight: Page) -> Page:
+    """The page as it is at the beginning."""
+    flight.restore()
+    return flight
 
 
 def _tab(browser: Any, address: str) -> Any:
@@ -224,8 +275,7 @@ def test_a_click_shows_the_origin(page: Page) -> None:
 
 
 def test_a_drag_changes_the_literal_and_all_that_follows_from_it(page: Page) -> None:
-    # The arrow along x of the quadcopter at (2, 0.5, 1.5).
-    page.drag((2.6, 0.5, 1.5), (3.3, 0.5, 1.5), frames="drag")
+    page.drag(ARROW, (3.3, 0.5, 1.5), frames="drag")
     live = page.mark("mission.mission.goto", "live")
     live.wait_for()
     page.tab.mouse.up()
@@ -246,10 +296,13 @@ def test_a_drag_changes_the_literal_and_all_that_follows_from_it(page: Page) -> 
 
 
 def test_undo_takes_it_back(page: Page) -> None:
+    page.drag(ARROW, (3.3, 0.5, 1.5))
+    page.tab.mouse.up()
+    page.mark("mission.mission.goto", "changed").wait_for()
     page.press("Undo")
     page.target.until(lambda pose: pose.position.x == 2.0, since=len(page.target))
     wait_until(lambda: not page.tab.locator("mark.changed").count(), "the panel shows it")
-    page.quad.until(lambda pose: pose.position.x == 2.0, since=len(page.quad), deadline=PATIENCE)
+    page.arrive(2.0, 1.5)
 
 
 def _lift_control_point(page: Page) -> None:
@@ -266,8 +319,6 @@ def test_the_source_can_be_chosen(page: Page) -> None:
     page.mark("mission.HEIGHT", "changed").wait_for()
     assert not page.mark("slt_trajectory.BULGE", "changed").count()
     page.target.until(lambda pose: abs(pose.position.z - 1.5) > 0.05, since=len(page.target))
-    page.undo_all()
-    page.choose("Change", "automatic")
 
 
 def test_a_policy_can_be_chosen(page: Page) -> None:
@@ -275,56 +326,48 @@ def test_a_policy_can_be_chosen(page: Page) -> None:
     _lift_control_point(page)
     page.mark("mission.HEIGHT", "changed").wait_for()
     page.mark("slt_trajectory.BULGE", "changed").wait_for()
-    page.undo_all()
-    page.choose("Policy", "left")
 
 
 def test_points_of_the_curve_can_be_dragged(page: Page) -> None:
     # Elsewhere, so that there is a curve between the points of which nothing else is.
     page.mission.write_text(MISSION.replace("2.0", "-1.0"))
-    page.quad.until(lambda pose: pose.position.x == -1.0, since=len(page.quad), deadline=PATIENCE)
-    page.tab.wait_for_timeout(2000)
+    page.arrive(-1.0, 1.5)
     point = page.marker(0).points[10]
     page.click((point.x, point.y, point.z), shows="points[10]")
-    page.tab.wait_for_timeout(1000)
     page.drag((point.x, point.y, point.z + 0.35), (point.x, point.y, point.z + 0.7))
     page.tab.mouse.up()
     page.tab.locator("mark.changed").first.wait_for()
     page.shoot("point")
-    assert page.marker(0).points[10] != point
-    page.undo_all()
-    page.mission.write_text(MISSION)
-    page.quad.until(lambda pose: pose.position.x == 2.0, since=len(page.quad), deadline=PATIENCE)
+    page.curve.until(lambda line: line.id == 0 and line.points[10] != point, since=len(page.curve))
 
 
 def test_what_can_be_turned_has_a_ring(page: Page) -> None:
     def on_ring(angle: float) -> Place:
         return 2.0 + 0.468 * math.cos(angle), 0.5 + 0.468 * math.sin(angle), 1.5
 
-    page.quad.until(lambda pose: pose.position.z == 1.5, since=len(page.quad))
-    page.tab.wait_for_timeout(1000)
-    page.drag(on_ring(0.8 + math.pi / 4), on_ring(0.3 + math.pi / 4))
+    # The ring is a quarter of a circle; its left end, which nothing else is in front of.
+    page.drag(on_ring(0.8 + 1.35), on_ring(0.3 + 1.35))
     page.tab.mouse.up()
     changed = page.mark("mission.mission.yaw", "changed")
     changed.wait_for()
     assert float(changed.inner_text()) < 0.7
-    page.undo_all()
 
 
 def test_two_browsers_see_the_same_and_one_may_go_while_it_drags(page: Page) -> None:
     other = Page(**vars(page) | {"tab": _tab(page.tab.context.browser, page.tab.url)})
-    other.tab.wait_for_timeout(3000)
-    other.drag((2.6, 0.5, 1.5), (3.3, 0.5, 1.5))
+    other.drag(ARROW, (3.3, 0.5, 1.5))
     page.mark("mission.mission.goto", "live").wait_for()
     other.tab.close()
     page.mark("mission.mission.goto", "changed").wait_for()
-    page.undo_all()
-    page.quad.until(lambda pose: pose.position.x == 2.0, since=len(page.quad), deadline=PATIENCE)
+
+    page.press("Undo")
+    page.arrive(2.0, 1.5)
+    page.drag(ARROW, (3.0, 0.5, 1.5))  # nobody else holds the handle any more
+    page.mark("mission.mission.goto", "live").wait_for()
 
 
 def test_save_shows_the_diff_and_writes_the_file(page: Page) -> None:
-    page.tab.wait_for_timeout(1000)
-    page.drag((2.6, 0.5, 1.5), (3.0, 0.5, 1.5))  # nobody else holds the handle any more
+    page.drag(ARROW, (3.0, 0.5, 1.5))
     page.tab.mouse.up()
     changed = page.mark("mission.mission.goto", "changed")
     changed.wait_for()
@@ -363,10 +406,7 @@ def test_a_broken_mission_is_shown_and_the_last_good_one_goes_on(page: Page) -> 
 
 
 def test_a_node_may_end_while_one_drags(page: Page) -> None:
-    page.mission.write_text(MISSION)
-    page.quad.until(lambda pose: pose.position.x == 2.0, since=len(page.quad), deadline=PATIENCE)
-    page.tab.wait_for_timeout(1000)
-    page.drag((2.6, 0.5, 1.5), (3.0, 0.5, 1.5))
+    page.drag(ARROW, (3.0, 0.5, 1.5))
     page.script.kill()
     page.tab.mouse.move(*page.pixel(3.3, 0.5, 1.5))
     page.tab.get_by_text("/interactive_script").first.wait_for()
