@@ -12,6 +12,8 @@ from . import NO_ROS, say
 if TYPE_CHECKING:
     import argparse
 
+_NAMED = 5  # patterns, where many are in vain
+
 
 class Command:  # no dataclass: that takes long to import
     """A parsed command line of `run`.
@@ -74,9 +76,11 @@ def _tell_unmatched(patterns: Sequence[str]) -> None:
     """At the end: which patterns were in vain, perhaps for a mistake in writing."""
     from fnmatch import filter as matching
 
-    for pattern in patterns:
-        if not matching(sys.modules, pattern):
-            say(f"--module {pattern}: the program has imported no such module")
+    in_vain = [pattern for pattern in patterns if not matching(sys.modules, pattern)]
+    if in_vain:
+        named = ", ".join(in_vain[:_NAMED])
+        others = f" and {more} more" if (more := len(in_vain) - _NAMED) > 0 else ""
+        say(f"--module {named}{others}: the program has imported no such module")
 
 
 def _explain(error: BaseException | None) -> None:

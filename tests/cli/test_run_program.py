@@ -17,6 +17,17 @@ def test_patterns_in_vain_are_said_at_the_end(tmp_path: Path) -> None:
     assert found.stderr == said
 
 
+def test_many_patterns_in_vain_are_one_line(tmp_path: Path) -> None:
+    script = tmp_path / "program.py"
+    script.write_text("x = 0.5\n")
+    words = [word for number in range(9) for word in ("--module", f"m{number}")]
+    found = rosslt_auto("run", *words, str(script), domain=0)
+    assert found.stderr == (
+        "rosslt_auto: --module m0, m1, m2, m3, m4 and 4 more: "
+        "the program has imported no such module\n"
+    )
+
+
 SLOW = {"asyncio", "dataclasses", "importlib.metadata", "inspect", "logging", "numpy", "wrapt"}
 
 
