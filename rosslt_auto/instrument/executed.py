@@ -18,7 +18,7 @@ import sys
 from types import CodeType, FrameType
 from typing import Any
 
-from ..provenance.frames import unseen
+from ..provenance.frames import unseen, untraced
 from ..provenance.tokens import calling_frame
 from ..provenance.values import untracked
 
@@ -44,7 +44,7 @@ _counts: dict[str, int] = {}
 def execute(function: Any, /, *args: Any) -> Any:
     """``function(*args)``; if it is `exec` or `eval`, what it executes is tracked."""
     if function is exec or function is eval:
-        return function(*_prepared(function, args))
+        return function(*untraced(_prepared, function, args))
     return function(*args)
 
 

@@ -19,7 +19,7 @@ from importlib.machinery import BYTECODE_SUFFIXES, SourceFileLoader, SourcelessF
 from types import CodeType
 from typing import Any
 
-from ..provenance.frames import unseen
+from ..provenance.frames import unseen, untraced
 from . import array_calls, cache, consoles, exact_types, pytest_modules, run_path, tables
 from .errors import NotInstrumented, NotNow, NotParsed
 from .selection import Selection
@@ -164,26 +164,14 @@ def _advised(original: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(original)
     def get_code(self: Any, *args: Any, **kwargs: Any) -> Any:
-        code = _untraced(_advice, self, *args, **kwargs)
+        code = untraced(_advice, self, *args, **kwargs)
         if code is None:
             code = original(self, *args, **kwargs)
             if isinstance(self, _WITHOUT_SOURCE):
-                return _untraced(_rewritten, code, self, *args, **kwargs)
+                return untraced(_rewritten, code, self, *args, **kwargs)
         return code
 
     return unseen(get_code)
-
-
-@unseen
-def _untraced(advice: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-    tracer = sys.gettrace()
-    if tracer is None:
-        return advice(*args, **kwargs)
-    sys.settrace(None)  # a debugger has no business here
-    try:
-        return advice(*args, **kwargs)
-    finally:
-        sys.settrace(tracer)
 
 
 def _rewritten(code: Any, loader: Any, fullname: str | None = None) -> Any:

@@ -134,3 +134,16 @@ def unseen_methods(cls: type) -> None:
             for cell in method.__closure__ or ():
                 if isinstance(cell.cell_contents, FunctionType):
                     unseen(cell.cell_contents)
+
+
+@unseen
+def untraced(function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+    """``function(*args, **kwargs)``, which with all that it calls is no business of a debugger."""
+    tracer = sys.gettrace()
+    if tracer is None:
+        return function(*args, **kwargs)
+    sys.settrace(None)
+    try:
+        return function(*args, **kwargs)
+    finally:
+        sys.settrace(tracer)

@@ -69,6 +69,34 @@ def test_a_tracer_sees_what_the_program_does(packages) -> None:
     assert not [place for place in seen if f"{os.sep}rosslt_auto{os.sep}" in place[0]]
 
 
+@pytest.mark.xfail(
+    sys.version_info < (3, 12), reason="3.11 tells tracers of unseen frames, too", strict=True
+)
+def test_a_tracer_sees_what_is_executed_and_not_how_it_is_rewritten(packages) -> None:
+    seen = []
+
+    def tracer(frame, event, arg):
+        seen.append((event, frame.f_code.co_filename, frame.f_code.co_name))
+        return tracer
+
+    packages(under_test_executing="def f():\n    exec('x = 0.5')\n    return eval('1.5 * 2')\n")
+    import under_test_executing
+
+    before = sys.gettrace()
+    sys.settrace(tracer)
+    try:
+        result = under_test_executing.f()
+    finally:
+        sys.settrace(before)
+    assert type(result) is not float  # it was rewritten
+    file = under_test_executing.__file__
+    executed = [(event, "<string>", "<module>") for event in ("call", "line", "return")]
+    assert [place for place in seen if place[1] != __file__] == [
+        ("call", file, "f"), ("line", file, "f"), *executed,
+        ("line", file, "f"), *executed, ("return", file, "f"),
+    ]  # fmt: skip
+
+
 def test_the_rewriter_can_do_without_what_is_being_imported(tmp_path) -> None:
     """The whole standard library selected, and nothing in the cache."""
     code = (
