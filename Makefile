@@ -10,7 +10,7 @@ help:
 	@echo "make demo   the quadcopter in the browser; Ctrl-C ends it (ARGS=--terminal: without)"
 	@echo "make test   lint, types, and all tests (ARGS='-k name' for some of them)"
 	@echo "make test-browser   the page of \`view\` in a real browser"
-	@echo "make test-transparency   many programs of others, plain and instrumented (25 minutes)"
+	@echo "make test-transparency   programs of others, plain and instrumented (SUITES=all: 25 minutes)"
 	@echo "make lint   ruff and mypy only       make format   ruff's formatter"
 	@echo "make bench  the benchmarks           make clean    removes what was made here"
 
@@ -33,7 +33,7 @@ test-browser: venv
 
 # Programs of others with and without instrumentation; writes the report in docs/transparency.md.
 test-transparency: venv
-	PYTHONPATH=.:tests $(RUN) -m transparency --report docs/transparency.md $(ARGS)
+	PYTHONPATH=.:tests $(RUN) -m transparency --report docs/transparency.md $(SUITES) $(ARGS)
 
 lint: venv
 	$(RUN) -m ruff check

@@ -1,6 +1,7 @@
 """Whether a program can tell that it is instrumented: it is run plain and instrumented, compared.
 
-    make test-transparency                     everything, with the report
+    make test-transparency                     what takes minutes, with the report
+    make test-transparency SUITES=all          everything
     python -m transparency SUITE[:PROGRAM]...  some of it (in the folder `tests`)
 
 Suites are tables (``*.toml``) of programs, of the modules that are instrumented in them, and of the

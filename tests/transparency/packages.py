@@ -37,7 +37,7 @@ def cases() -> Iterator[Case]:
             row.get("excluded", []),
             folder=source,
             path=[installed],
-            timeout=row.get("timeout", 90.0),
+            timeout=row.get("timeout", 200.0),
             printed=False,  # pytest's dots and times; what the tests print, it has caught
             expected=expected(table_.get("expected", {}), name),
             prepare=lambda name=name, row=row: fetch(name, row),

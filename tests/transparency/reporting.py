@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import re
+import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from transparency.comparing import Result
+from transparency.running import ROOT
 from transparency.suites import SUITES, table
 
+PACKAGE = "rosslt_auto"
 _WIDE = 300
 
 
@@ -92,7 +95,7 @@ def _section(suite: str, results: list[Result]) -> Iterator[str]:
     run = [result for result in results if result.tests]
     tests = sum(result.tests for result in run)
     found = sum(len(result.expected) + len(result.surprises) for result in run)
-    yield f"{len(run)} programs, {tests} tests, **{found} differences**.\n"
+    yield f"{len(run)} programs, {tests} tests, **{found} differences**{_tree()}.\n"
     yield "| program | tests | differences | reason |"
     yield "|---|---:|---:|---|"
     same = []
@@ -110,6 +113,16 @@ def _section(suite: str, results: list[Result]) -> Iterator[str]:
         yield f"\nWithout a difference: {', '.join(same)}."
     for reason, names in table(suite).get("left_out", {}).items():
         yield f"\nLeft out, as {reason}: {', '.join(names)}."
+
+
+def _tree() -> str:
+    """Which commit of the package was compared, as far as anybody knows."""
+    command = ["git", "-C", str(ROOT), "log", "-1", "--format=%h", "--abbrev=7", "--", PACKAGE]
+    try:
+        commit = subprocess.run(command, capture_output=True, text=True).stdout.strip()
+    except OSError:
+        commit = ""
+    return f" (`{PACKAGE}` of commit {commit})" if commit else ""
 
 
 TITLES = {

@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
+import threading
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -32,6 +32,7 @@ class Outcome:
     findings  what was recorded for each test, in order of appearance
     status    its exit status; None if it had to be stopped
     output    what it printed, stdout and stderr
+    seconds   processor time it took, with that of the programs it waited for
     """
 
     findings: dict[str, list[dict]] = field(default_factory=dict)
@@ -62,32 +63,45 @@ def _run_in(case: Case, instrumented: bool, folder: Path) -> Outcome:
     if case.recorder:
         command += ["-m", case.recorder, str(recorded), ",".join(case.modules)]
     command += case.arguments
-    started = time.monotonic()
     with open(folder / "stdout", "w+b") as stdout, open(folder / "stderr", "w+b") as stderr:
         process = subprocess.Popen(
             command, cwd=case.folder or folder / "here", env=_environment(case, folder),
             stdin=subprocess.DEVNULL, stdout=stdout, stderr=stderr, start_new_session=True,
         )  # fmt: skip
-        status: int | None
-        try:
-            status = process.wait(case.timeout * (_MORE_TIME if instrumented else 1))
-        except subprocess.TimeoutExpired:
-            status = None
-        _end_all(process)
+        status, seconds = _wait(process, case.timeout * (_MORE_TIME if instrumented else 1))
         texts = []
         for stream in (stdout, stderr):
             stream.seek(0)
             texts.append(normalised(stream.read().decode("utf-8", "replace"), folder))
-    seconds = time.monotonic() - started
     output = (texts[0], texts[1]) if case.printed else ("", "")
     return Outcome(_read(recorded, folder), status, output, seconds)
 
 
-def _end_all(process: subprocess.Popen) -> None:
-    """Ends the program and what it has started; they have a process group of their own."""
+def _wait(process: subprocess.Popen, patience: float) -> tuple[int | None, float]:
+    """The exit status, None if the patience had an end, and the processor time it took.
+
+    Ends what the program has started, too; they have a process group of their own.
+    """
+    impatient = threading.Event()
+
+    def end() -> None:
+        impatient.set()
+        _end_all(process.pid)
+
+    timer = threading.Timer(patience, end)
+    timer.start()
+    _, status, usage = os.wait4(process.pid, 0)
+    timer.cancel()
+    timer.join()
+    _end_all(process.pid)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    seconds = usage.ru_utime + usage.ru_stime
+    return (None if impatient.is_set() else process.returncode), seconds
+
+
+def _end_all(group: int) -> None:
     with contextlib.suppress(ProcessLookupError):
-        os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
+        os.killpg(group, signal.SIGKILL)
 
 
 def _environment(case: Case, folder: Path) -> dict[str, str]:

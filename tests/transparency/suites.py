@@ -11,6 +11,8 @@ from pathlib import Path
 
 TABLES = Path(__file__).parent
 SUITES = ("programs", "numbers", "packages", "ros", "library")
+SHORT = ("programs", "numbers", "packages")
+"""What takes minutes."""
 
 
 @dataclass(frozen=True)

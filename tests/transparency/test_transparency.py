@@ -9,6 +9,7 @@ from textwrap import dedent
 import pytest
 
 from transparency import comparing, reporting, running
+from transparency.__main__ import chosen, patterns
 from transparency.comparing import PROGRAM, compare
 from transparency.suites import SUITES, Case, Expected, cases
 
@@ -34,6 +35,22 @@ def test_every_table_can_be_read() -> None:
         names = [case.name for case in cases(suite)]
         assert len(names) == len(set(names))
         assert all(case.modules for case in cases(suite))
+
+
+@pytest.mark.parametrize(
+    ("words", "suites"),
+    [
+        ([], {"programs", "numbers", "packages"}), (["numbers:*"], {"numbers"}),
+        (["all"], {"programs", "numbers", "packages", "library"}),
+    ],
+)  # fmt: skip
+def test_suites_are_chosen(words: list[str], suites: set[str]) -> None:
+    there = {suite for suite in suites if list(cases(suite))}  # this Python may have no tests
+    assert {case.suite for case in chosen(patterns(words))} == there
+
+
+def test_one_program_is_chosen() -> None:
+    assert [case.title for case in chosen(["packages:utm"])] == ["packages:utm"]
 
 
 # ---------------------------------------------------------------- it finds differences
