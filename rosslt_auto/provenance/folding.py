@@ -128,6 +128,8 @@ them it reaches on several ways; whether that is the whole truth. Forms are shar
 
 _NONE: frozenset[int] = frozenset()
 
+_LARGE = 10**300
+
 
 def _fold(order: list[Any], chosen: set[int], most: int) -> None:
     """Folds the nodes with the ids `chosen` to `most` terms, all in one walk upwards.
@@ -173,7 +175,7 @@ def _combined(op: Any, below: tuple[Any, ...], forms: dict[int, Form]) -> Form:
     constant = _CONSTANT_SLOPES.get(op)
     plain = [] if constant else [untracked(operand) for operand in below]
     if op is MUL:
-        constant = (plain[1], plain[0])
+        constant = (_finite(plain[1]), _finite(plain[0]))
     keeps = op in _KEEPS_AFFINE and _one_tracked(op, below)
     found: Form | None = None
     for index, operand in enumerate(below):
@@ -185,6 +187,11 @@ def _combined(op: Any, below: tuple[Any, ...], forms: dict[int, Form]) -> Form:
             found = form if found is None else _added(found, form)
     assert found is not None
     return found
+
+
+def _finite(factor: Any) -> Any:
+    """A slope by which others can be multiplied: an int may be too large for a float."""
+    return factor if type(factor) is not int or -_LARGE < factor < _LARGE else math.nan
 
 
 def _added(a: Form, b: Form) -> Form:

@@ -295,3 +295,14 @@ def test_the_longest_chain_does_not_overflow() -> None:
     assert provenance(copies[-1]).evaluate({"x": 1.0}) == 49 * DEPTH_LIMIT
     del copies
     gc.collect()
+
+
+@pytest.mark.parametrize("wide", [1, -1])
+def test_factors_that_are_too_large_for_a_float(wide: int) -> None:
+    """The integers of a decimal number with thousands of digits."""
+    value, factor = tracked(3), tracked(10, "f")
+    for _ in range(2 * DEPTH_LIMIT):
+        value = value * factor * wide // 1
+    assert untracked(value) == 3 * 10 ** (2 * DEPTH_LIMIT) * wide ** (2 * DEPTH_LIMIT)
+    fold(value)
+    assert provenance(value).evaluate({}) == untracked(value)
