@@ -81,7 +81,8 @@ def _locals(frame: FrameType) -> Any:
 def _code(mode: str, source: Any, frame: FrameType, names: dict[str, Any], local: Any) -> Any:
     """What is to be executed instead of `source`; itself if only the function can say more."""
     visible = names.get("__builtins__", builtins) in (builtins, vars(builtins))
-    visible = visible and (mode == "exec" or type(local) is dict)
+    # Others may have an answer for any name, ours as well.
+    visible = visible and type(names) is dict and type(local) is dict
     try:
         if type(source) is CodeType:
             return _compiled(source, *_module(names, frame)) if visible else source

@@ -250,7 +250,13 @@ PROGRAMS = {
         class Names(dict):
             def __missing__(self, name): print('asked for', name); return 4
         print(eval('k + 1.5', {}, Names()))
-        exec('print(k + 2.5)', {'print': print}, Names())
+        try: exec('print(k + 2.5)', {'print': print}, Names())
+        except TypeError as error: print(error)
+        class Answers(dict):
+            def __getitem__(self, name): print('asked', name); return dict.get(self, name, 0.25)
+        answers = Answers(print=print)
+        exec('k = 2.5; print(k, other + 1.5)', answers); print(sorted(answers))
+        exec('k = 3.5; print(k, other + 1.5)', {}, answers); print(sorted(answers))
         code = compile('r = [0.5, 1.5]; print(r, x)', 'made.py', 'exec')
         exec(code); exec(code, dict(globals()))
         print(eval(compile('x + 2', 'made.py', 'eval')), exec.__name__)
