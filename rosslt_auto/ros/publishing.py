@@ -19,6 +19,7 @@ from rclpy.type_support import check_for_type_support
 from std_msgs.msg import UInt8MultiArray
 
 from ..provenance import refresh
+from ..provenance.frames import unseen_methods
 from ..provenance.locations import Source
 from ..provenance.values import is_tracked
 from . import fields, header, serving
@@ -69,6 +70,9 @@ class _Handle(_plain_handle):
         if headers is not None:
             headers.destroy()
         _destroy(self)
+
+
+unseen_methods(_Handle)  # errors of the plain methods pass through as if we were not there
 
 
 class HeaderPublisher:

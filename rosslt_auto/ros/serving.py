@@ -27,6 +27,7 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.executors import Executor
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 
+from ..provenance.frames import unseen
 from . import changes, parameters
 from .joinpoints import JoinPoints
 
@@ -342,6 +343,7 @@ _points = JoinPoints()
 _server = _Server()
 
 
+@unseen
 def _wait_advice(wrapped: Any, executor: Any, args: Any, kwargs: Any) -> Any:
     server = _server
     if not server.nodes:

@@ -22,6 +22,7 @@ from rclpy.qos import QoSProfile
 from rclpy.type_support import check_for_type_support
 from std_msgs.msg import UInt8MultiArray
 
+from ..provenance.frames import unseen_methods
 from . import fields, header
 from .handles import WovenHandles, header_qos
 from .header import Header, HeaderError
@@ -79,6 +80,9 @@ class _Handle(_plain_handle):
         if headers is not None:
             headers.destroy()
         _destroy(self)
+
+
+unseen_methods(_Handle)  # errors of the plain methods pass through as if we were not there
 
 
 class Headers:

@@ -3,8 +3,10 @@
 import gc
 import logging
 import threading
+import traceback
 import weakref
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -211,6 +213,9 @@ def test_shut_down_context(domain: int, topic: str, caplog: pytest.LogCaptureFix
         with pytest.raises(RCLError) as found:
             publisher.publish(Point(x=tracked(1.0)))
         assert str(found.value) == str(plain.value)
+        for error in (plain, found):
+            frames = [Path(frame.filename).name for frame in traceback.extract_tb(error.tb)]
+            assert frames == ["test_publishing.py", "publisher.py"]
     assert not caplog.records
 
 
