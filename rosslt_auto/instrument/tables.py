@@ -17,6 +17,7 @@ from types import (
     GeneratorType,
 )
 
+from ..provenance import mentioned
 from ..provenance.locations import LiteralInfo, register_literals, registered
 from ..provenance.strings import Interpolation
 from . import arithmetic, calls, executed, file_calls, statistics_calls
@@ -36,6 +37,7 @@ def publish(entry: Entry, source: bytes | None) -> None:
     executed.publish()
     file_calls.publish()
     statistics_calls.publish()
+    mentioned.read(source)
     if entry.values:
         register_literals(
             entry.table,

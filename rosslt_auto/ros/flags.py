@@ -80,7 +80,8 @@ def setter(message_type: Any, name: str, plain: Callable[[Any, Any], None]) -> C
     """A setter that does what the plain one does, and notes where the value came from."""
     slot = "_" + name
     store = vars(message_type)[slot].__set__
-    own = message_type.__init__.__code__
+    constructor = message_type.__init__
+    own = getattr(constructor, "__wrapped__", constructor).__code__
 
     @unseen
     def set_flag(message: Any, value: Any) -> None:

@@ -2,8 +2,10 @@
 
 rosidl's setters make an ``array.array`` or a numpy array of what is assigned, which holds bare
 numbers. Join points: `__init__` and the setters of such fields, and of truth values (`flags`), in
-all message types that a program imports. The plain setter does the work, with its checks and its
-errors; what it has made is replaced by the same array with provenance where an element has some.
+all message types that a program imports - as far as instrumented code mentions the field's name
+(`mentioned`): all others cost what they did. The plain setter does the work, with its checks and
+its errors; what it has made is replaced by the same array with provenance where an element has
+some.
 """
 
 from __future__ import annotations
@@ -12,12 +14,13 @@ import array
 import logging
 import re
 from collections.abc import Callable, Sequence, Set
+from functools import partial
 from typing import Any
 
 import numpy as np
 from rosidl_parser.definition import AbstractNestedType, Array, BasicType, NamespacedType
 
-from ..provenance import arrays, sequences
+from ..provenance import arrays, mentioned, sequences
 from ..provenance.elements import READERS, any_tracked
 from ..provenance.frames import unseen
 from ..provenance.imported import AfterImports
@@ -29,6 +32,8 @@ _FEW = 64
 _array = array.array
 _log = logging.getLogger(__name__)
 _plain: dict[type, dict[str, Any]] = {}
+_waiting: dict[str, list[Callable[[], None]]] = {}
+"""What weaves the fields of a name that no instrumented code has mentioned yet."""
 
 
 def install() -> None:
@@ -39,10 +44,13 @@ def install() -> None:
 def uninstall() -> None:
     """Makes all message types plain again."""
     _imported.uninstall()
+    if _weave_mentioned in mentioned.watchers:
+        mentioned.watchers.remove(_weave_mentioned)
     for message_type, replaced in _plain.items():
         for name, plain in replaced.items():
             setattr(message_type, name, plain)
     _plain.clear()
+    _waiting.clear()
 
 
 _GENERATED = re.compile(r"(\w+)\.(msg|srv|action)\._\w+")
@@ -75,38 +83,60 @@ def weave(message_type: type) -> None:
     """Weaves a message type and all that are nested in it, once."""
     if message_type in _plain or not fields.is_message_type(message_type):
         return
+    if _weave_mentioned not in mentioned.watchers:
+        mentioned.watchers.append(_weave_mentioned)
     replaced = _plain[message_type] = {}
-    slots = {}
+    slots: dict[str, str] = {}
     for member in fields.members(message_type):
         kind = member.type
         below = kind.value_type if isinstance(kind, AbstractNestedType) else kind
-        plain: Any = vars(message_type).get(member.name)
         if isinstance(below, NamespacedType):
             try:
                 nested = fields.message_class(below)
             except AttributeError:  # its package is being imported: woven when it is there
                 continue
             weave(nested)
-            continue
-        if not isinstance(plain, property) or not isinstance(below, BasicType):
-            continue
-        if below is not kind:
-            if not fields.trackable_type(kind):
-                continue
-            fixed = isinstance(kind, Array)
-            setter = _setter(plain.fset, member.slot, fixed)  # type: ignore[arg-type]
-            if not fixed:
-                slots[member.name] = member.slot
-        elif below.typename == fields.TRUTH:
-            setter = flags.setter(message_type, member.name, plain.fset)  # type: ignore[arg-type]
-        else:
-            continue
-        replaced[member.name] = plain
-        made = property(plain.fget, setter, plain.fdel, plain.__doc__)
-        setattr(message_type, member.name, made)
-    if slots:
-        replaced["__init__"] = message_type.__init__  # type: ignore[misc]
-        message_type.__init__ = _init(message_type.__init__, slots)  # type: ignore[misc]
+        elif isinstance(below, BasicType) and isinstance(
+            vars(message_type).get(member.name), property
+        ):
+            is_truth = below is kind and below.typename == fields.TRUTH
+            if is_truth or (below is not kind and fields.trackable_type(kind)):
+                advise = partial(_advise, message_type, member, replaced, slots)
+                _waiting.setdefault(member.name, []).append(advise)
+    _weave_mentioned()
+
+
+def _weave_mentioned() -> None:
+    """Weaves the fields of whose names instrumented code knows by now.
+
+    All others stay plain: their messages cost what they did.
+    """
+    for name in [name for name in _waiting if mentioned.is_mentioned(name)]:
+        for advise in _waiting.pop(name):
+            advise()
+
+
+def _advise(
+    message_type: Any, member: fields.Member, replaced: dict[str, Any], slots: dict[str, str]
+) -> None:
+    """Weaves one field.
+
+    replaced  takes what there was before
+    slots     takes the field if it is a sequence of numbers; their constructor reads it
+    """
+    name, slot, kind = member.name, member.slot, member.type
+    plain = vars(message_type)[name]
+    if not isinstance(kind, AbstractNestedType):
+        setter = flags.setter(message_type, name, plain.fset)
+    else:
+        setter = _setter(plain.fset, slot, isinstance(kind, Array))
+        if not isinstance(kind, Array):
+            slots[name] = slot
+    replaced[name] = plain
+    setattr(message_type, name, property(plain.fget, setter, plain.fdel, plain.__doc__))
+    if slots and "__init__" not in replaced:
+        replaced["__init__"] = message_type.__init__
+        message_type.__init__ = _init(message_type.__init__, slots)
 
 
 def _setter(plain: Callable[[Any, Any], None], slot: str, fixed: bool) -> Callable[..., None]:
