@@ -21,6 +21,7 @@ MAX_SIZE = 1 << 16
 """Larger arrays are data (images, maps, clouds): results of that size are plain."""
 
 _ndarray = np.ndarray
+_float64 = np.float64
 _view = np.ndarray.view
 _tobytes = np.ndarray.tobytes
 
@@ -55,6 +56,8 @@ class TrackedArray(np.ndarray, metaclass=_PlainArrayType):
     def __getitem__(self, key: Any) -> Any:
         key = plain_deeply(key)
         found = _ndarray.__getitem__(self, key)
+        if type(found) is _float64 and not has_provenance(self):
+            return found
         if isinstance(found, np.generic):
             return _element(self, key, found)
         if type(found) is TrackedArray and found.dtype.kind in "iuf":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import marshal
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -30,6 +31,29 @@ def adapted(item: Any, value: Any) -> Any:
     else:
         name = "float" if type(value) is float else "int"
     return node(value, OPERATORS[name], item, None, item._depth + 1)
+
+
+_SHORT = 16
+
+
+def all_exact(items: Any) -> bool:
+    """Whether the items of a list or tuple are found, quickly, to be nothing but plain floats.
+
+    marshal writes nothing but exact floats with the letter g (`Python/marshal.c`), in 8 more bytes
+    each from version 2 on: reading what it writes takes a fraction of the time of asking each item.
+    """
+    if len(items) <= _SHORT:
+        for item in items:  # noqa: SIM110  (a generator costs more than it asks)
+            if type(item) is not float:
+                return False
+        return True
+    if type(items[0]) is not float:
+        return False
+    try:
+        written = marshal.dumps(items, 2)
+    except ValueError:  # something else, a tracked number perhaps
+        return False
+    return len(written) == 5 + 9 * len(items) and written[5::9] == b"g" * len(items)
 
 
 def any_tracked(items: Iterable[Any]) -> bool:

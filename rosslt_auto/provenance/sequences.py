@@ -13,7 +13,7 @@ from typing import Any
 
 from . import bindings
 from .elements import READERS, adapted, any_tracked
-from .values import is_tracked, untracked
+from .values import PlainType, is_tracked, untracked
 
 _array = array.array
 
@@ -196,9 +196,80 @@ class TrackedBuffer(_array, metaclass=_PlainArrayType):
         return self._nodes
 
 
-TrackedBuffer.__name__ = TrackedBuffer.__qualname__ = "array"
-TrackedBuffer.__module__ = "array"
-TrackedBuffer.__doc__ = _array.__doc__
+class TrackableBuffer(_array, metaclass=_PlainArrayType):
+    """An ``array.array`` that becomes a TrackedBuffer as soon as it gets something tracked.
+
+    What is read, and all that brings in nothing tracked, is array's own.
+    """
+
+    __slots__ = ("_nodes",)  # the same layout as that of the other class
+    _nodes: list[Any]
+    __class__ = property(lambda self: _array)
+    __hash__ = None
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        if type(type(value)) is not PlainType and type(value) is not TrackedBuffer:
+            _array.__setitem__(self, untracked(key), value)
+        else:
+            _tracking(self)[key] = value
+
+    def append(self, value: Any) -> None:
+        if type(type(value)) is not PlainType:
+            _array.append(self, value)
+        else:
+            _tracking(self).append(value)
+
+    def insert(self, index: Any, value: Any) -> None:
+        if type(type(value)) is not PlainType:
+            _array.insert(self, untracked(index), value)
+        else:
+            _tracking(self).insert(index, value)
+
+    def extend(self, values: Any) -> None:
+        if type(values) is _array:
+            _array.extend(self, values)
+        else:
+            _tracking(self).extend(values)
+
+    def fromlist(self, values: Any) -> None:
+        _tracking(self).fromlist(values)
+
+    def __iadd__(self, other: Any) -> Any:
+        if type(other) is TrackedBuffer:
+            return _tracking(self).__iadd__(other)
+        _array.__iadd__(self, other)
+        return self
+
+    def __add__(self, other: Any) -> Any:
+        if type(other) is TrackedBuffer:
+            return NotImplemented  # that one adds itself
+        return _array.__add__(self, other)
+
+    def __copy__(self) -> Any:
+        return trackable(_bare(self))
+
+    def __deepcopy__(self, memo: Any) -> Any:
+        return trackable(_bare(self))
+
+    __reduce_ex__ = TrackedBuffer.__reduce_ex__
+    __repr__ = TrackedBuffer.__repr__
+    __sizeof__ = TrackedBuffer.__sizeof__
+    __dir__ = TrackedBuffer.__dir__
+
+
+for _class in (TrackedBuffer, TrackableBuffer):
+    _class.__name__ = _class.__qualname__ = "array"
+    _class.__module__ = "array"
+    _class.__doc__ = _array.__doc__
+
+_become = vars(object)["__class__"].__set__
+
+
+def _tracking(buffer: Any) -> Any:
+    """A TrackableBuffer as TrackedBuffer, which it is from now on."""
+    buffer._nodes = []
+    _become(buffer, TrackedBuffer)
+    return buffer
 
 
 def _bare(buffer: Any) -> Any:
@@ -286,9 +357,7 @@ def trackable(plain_array: Any) -> Any:
     """A copy of a plain array that takes provenance when elements are assigned or appended."""
     if type(plain_array) is not _array or plain_array.typecode not in _NUMBERS:
         return plain_array
-    made = TrackedBuffer(plain_array.typecode, plain_array.tobytes())
-    made._nodes = []
-    return made
+    return TrackableBuffer(plain_array.typecode, plain_array)
 
 
 def with_elements(plain_array: Any, nodes: Sequence[Any]) -> Any:

@@ -21,7 +21,7 @@ import numpy as np
 from rosidl_parser.definition import AbstractNestedType, Array, BasicType, NamespacedType
 
 from ..provenance import arrays, mentioned, sequences
-from ..provenance.elements import READERS, any_tracked
+from ..provenance.elements import READERS, all_exact, any_tracked
 from ..provenance.frames import unseen
 from ..provenance.imported import AfterImports
 from . import fields, flags
@@ -30,6 +30,7 @@ _FEW = 64
 """Fixed-size arrays up to this one (covariances, matrices) note what is assigned to elements."""
 
 _array = array.array
+_trackable = sequences.TrackableBuffer
 _log = logging.getLogger(__name__)
 _plain: dict[type, dict[str, Any]] = {}
 _waiting: dict[str, list[Callable[[], None]]] = {}
@@ -129,9 +130,11 @@ def _advise(
     if not isinstance(kind, AbstractNestedType):
         setter = flags.setter(message_type, name, plain.fset)
     else:
-        setter = _setter(plain.fset, slot, isinstance(kind, Array))
+        quick = None
         if not isinstance(kind, Array):
             slots[name] = slot
+            quick = _quick_setter(message_type, plain.fset, slot)
+        setter = quick or _setter(plain.fset, slot, isinstance(kind, Array))
     replaced[name] = plain
     setattr(message_type, name, property(plain.fget, setter, plain.fdel, plain.__doc__))
     if slots and "__init__" not in replaced:
@@ -152,6 +155,46 @@ def _setter(plain: Callable[[Any, Any], None], slot: str, fixed: bool) -> Callab
         value, original = _readable(value)
         plain(message, value)
         after(message, slot, original)
+
+    return setter
+
+
+def _quick_setter(
+    message_type: type, plain: Callable[[Any, Any], None], slot: str
+) -> Callable[..., None] | None:
+    """`_setter` for sequences, which makes the array itself where nothing tracked is assigned.
+
+    None where the plain setter is another one than we know: without checks it copies everything.
+    """
+    thorough = _setter(plain, slot, False)
+    store = vars(message_type)[slot].__set__
+    try:
+        probe: Any = object.__new__(message_type)
+        probe._check_fields = False
+        plain(probe, [])
+        typecode = getattr(probe, slot).typecode
+        given = _array(typecode)
+        plain(probe, given)
+        if type(getattr(probe, slot)) is not _array or getattr(probe, slot) is given:
+            return None
+    except Exception:
+        return None
+
+    @unseen
+    def setter(message: Any, value: Any) -> None:
+        kind = type(value)
+        if (
+            kind is _array
+            or ((kind is list or kind is tuple) and (all_exact(value) or not any_tracked(value)))
+        ) and not message._check_fields:
+            try:
+                made = _trackable(typecode, value)
+            except Exception:
+                made = None  # the plain setter is to say so
+            if made is not None:
+                store(message, made)
+                return
+        thorough(message, value)
 
     return setter
 
@@ -178,13 +221,16 @@ def _after(message: Any, slot: str, original: Any) -> None:
     """Gives a slot's array, which the plain setter or constructor has made, its provenance."""
     held = getattr(message, slot)
     # The program's own array stays that; a constructor's has come through the setter already.
-    if type(held) != _array or held is original:  # noqa: E721  (equal: TrackedBuffer)
+    if (type(held) is not _array and type(held) is not _trackable) or held is original:
         return
-    shadow = sequences.shadow(held.typecode, held, original) if len(held) else held
-    if type(shadow) is _array and len(held) <= fields.LONG:
-        shadow = sequences.trackable(held)  # for what is assigned and appended later
-    if shadow is not held:
-        setattr(message, slot, shadow)
+    kind = type(original)
+    if kind is list or kind is tuple or id(kind) in READERS:
+        shadow = sequences.shadow(held.typecode, held, original)
+        if shadow is not held:
+            setattr(message, slot, shadow)
+            return
+    if type(held) is _array and len(held) <= fields.LONG:  # to be filled later
+        setattr(message, slot, sequences.trackable(held))
 
 
 def _after_fixed(message: Any, slot: str, original: Any) -> None:
@@ -206,13 +252,14 @@ def _init(plain: Callable[..., None], slots: dict[str, str]) -> Callable[..., No
     slots  of the fields that are sequences of numbers, by name
     """
 
+    names = slots.keys()
+
     @unseen
     def __init__(message: Any, *args: Any, **keywords: Any) -> None:
         originals = {}
-        if keywords:
-            for name in slots:
-                if name in keywords:
-                    keywords[name], originals[name] = _readable(keywords[name])
+        if keywords and not names.isdisjoint(keywords):
+            for name in names & keywords.keys():
+                keywords[name], originals[name] = _readable(keywords[name])
         plain(message, *args, **keywords)
         for name, slot in slots.items():
             if name in originals or type(getattr(message, slot)) is _array:

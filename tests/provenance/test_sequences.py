@@ -6,11 +6,13 @@ import copy
 import pickle
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from rosslt_auto.provenance import Source, is_tracked, provenance, sequences, untracked
+from rosslt_auto.provenance.elements import all_exact
 from rosslt_auto.provenance.values import leaf
 
 
@@ -185,3 +187,57 @@ def test_sums_and_multiples(first: list[Any], second: list[Any], count: int) -> 
     assert texts(a * count) == texts(count * a) == texts(first * count)
     a += b
     assert list(map(untracked, a)) == list(map(untracked, first + second))
+
+
+def test_what_can_be_filled_reads_as_array_itself_does() -> None:
+    field = sequences.trackable(array.array("d", [1.0, 2.0]))
+    assert type(field).__getitem__ is array.array.__getitem__
+    assert type(field).__iter__ is array.array.__iter__
+    field.append(3.0)
+    field[0] = 4.0
+    field += array.array("d", [5.0])
+    field.extend(array.array("d", [6.0]))
+    assert field.tolist() == [4.0, 2.0, 3.0, 5.0, 6.0]
+    assert sequences.elements(field) is None
+
+
+@pytest.mark.parametrize("fill", ["set", "append", "insert", "extend", "fromlist", "add", "slice"])
+def test_the_first_tracked_element_makes_it_tracked(fill: str) -> None:
+    item = tracked("a", 1.5)
+    other = sequences.shadow("d", array.array("d", [1.5]), [item])
+    field = sequences.trackable(array.array("d", [1.0]))
+    plain = array.array("d", [1.0])
+    fills: dict[str, Any] = {
+        "set": lambda a, x, _: a.__setitem__(0, x),
+        "append": lambda a, x, _: a.append(x),
+        "insert": lambda a, x, _: a.insert(0, x),
+        "extend": lambda a, x, _: a.extend([x]),
+        "fromlist": lambda a, x, _: a.fromlist([x]),
+        "add": lambda a, _, xs: a.__iadd__(xs),
+        "slice": lambda a, _, xs: a.__setitem__(slice(0, 1), xs),
+    }
+    fills[fill](field, item, other)
+    fills[fill](plain, 1.5, array.array("d", [1.5]))
+    assert field == plain and repr(field) == repr(plain)
+    found = sequences.elements(field)
+    assert found is not None and [is_tracked(x) for x in found] == [x == 1.5 for x in plain]
+
+
+def test_sums_with_what_can_be_filled() -> None:
+    item = tracked("a", 1.5)
+    other = sequences.shadow("d", array.array("d", [1.5]), [item])
+    field = sequences.trackable(array.array("d", [1.0]))
+    for whole in (field + other, other + field):
+        found = sequences.elements(whole)
+        assert found is not None and sum(map(is_tracked, found)) == 1
+
+
+@given(st.lists(st.one_of(st.floats(), st.integers(), st.booleans(), st.none()), max_size=40))
+def test_only_exact_floats_are_taken_for_them(items: list[Any]) -> None:
+    assert not all_exact(items) or all(type(item) is float for item in items)
+    for length in (3, 40):
+        floats = [0.5] * length
+        assert all_exact(floats) and all_exact(tuple(floats))
+        for other in (tracked("a", 0.5), True, 1, np.float32(0.5), np.float64(0.5), None):
+            assert not all_exact([*floats[1:], other])
+            assert not all_exact([other, *floats[1:]])
