@@ -110,7 +110,7 @@ def _module(names: dict[str, Any], frame: FrameType) -> tuple[str, str]:
 def _compiled(code: CodeType, module: str, file: str) -> CodeType:
     from .selection import is_installed, is_stdlib
 
-    key = code, module
+    key = code, code.co_filename, module  # equal code may come from different files
     if key not in _known:
         path = code.co_filename
         if code.co_freevars or len(_known) >= _MOST or is_stdlib(path) or is_installed(path):

@@ -175,6 +175,18 @@ def test_texts_without_end_are_not_remembered(packages: Callable[..., Path]) -> 
     assert len(registered()) < 300
 
 
+def test_equal_code_of_different_files(packages: Callable[..., Path]) -> None:
+    packages(
+        under_test_equal="""
+        made = []
+        for name in ("first", "second"):
+            exec(compile("def f(): return 0.5", name, "exec"), globals())
+            made.append(f.__code__.co_filename)
+        """
+    )
+    assert importlib.import_module("under_test_equal").made == ["first", "second"]
+
+
 TYPED = """\
 x = 0.5
 y = x * 2.5
