@@ -138,17 +138,23 @@ def _is_pythons(item: Any) -> bool:
 
 @unseen
 def _sum(items: Any, /, start: Any = 0) -> Any:
-    """`sum` of plain operands: of floats it is compensated since 3.12, of a subclass it is not."""
+    """`sum` of plain operands: of floats it is compensated since 3.12, of a subclass it is not.
+
+    Adding tracked values would make a node for each, in vain: only where there may be others.
+    """
     again = items
     kind = type(items)
     if kind is not list and kind is not tuple:
         items, again = itertools.tee(items)  # looked at once, when the plain function looks
-    value = sum(items, start)
-    if not is_tracked(value):
-        return value  # with an operand that is tracked, the result is
-    operands = (start, *again)
-    if len(operands) == 1 or not all(map(is_number, operands)):
-        return value
+    likely = again is items and len(again) > 0 and is_tracked(again[0])
+    operands = (start, *again) if likely else ()
+    if not (likely and all(map(is_number, operands))):
+        value = sum(items, start)
+        if not is_tracked(value):
+            return value  # with an operand that is tracked, the result is
+        operands = (start, *again)
+        if len(operands) == 1 or not all(map(is_number, operands)):
+            return value
     value = sum(map(untracked, operands[1:]), untracked(start))
     return record(OPERATORS["sum"], value, *map(number, operands))
 
