@@ -62,7 +62,7 @@ def reached(
     tolerance  relative to the larger of the two
     finest     the difference that is too small to be asked for, see `rounding`
     """
-    if type(value) is float or type(target) is float:
+    if isinstance(value, float) or isinstance(target, float):
         return math.isclose(value, target, rel_tol=tolerance, abs_tol=finest)
     return bool(value == target)
 
@@ -148,11 +148,11 @@ def alternatives(value: Any, target: Any) -> list[tuple[Source, Solution | NotIn
 
 def check_target(value: Any, target: Any) -> None:
     """Raises NotInvertible if `target` cannot be a value of the kind that `value` is."""
-    plain = type(untracked(value))
-    fitting = (float, int) if plain is float else (plain,)
-    if type(target) not in fitting:
+    plain = type(untracked(value))  # float64 is a float as well
+    fitting = (float, int) if issubclass(plain, float) else (plain,)
+    if type(target) not in fitting and not (float in fitting and isinstance(target, float)):
         raise NotInvertible(f"the value is {plain.__name__}, the target {target!r} is not")
-    if type(target) is float and not math.isfinite(target):
+    if isinstance(target, float) and not math.isfinite(target):
         raise NotInvertible(f"the target must be finite, not {target}")
 
 
@@ -272,7 +272,7 @@ def _nearest(targets: Sequence[Target], candidates: list[Source], reason: str) -
     if found is None:
         raise NotInvertible(reason)
     values = evaluate_many([value for value, _ in targets], found)
-    return Solution(found, values, exact=False)
+    return Solution(found, values, exact=_reaches(targets, found))
 
 
 def checked(targets: Sequence[Target], changes: Changes) -> Solution:
@@ -303,13 +303,28 @@ def solve_for(value: Any, target: Any, source: Source) -> Solution:
         return checked([(value, target)], {source: as_held(source, wanted)})
     except NotInvertible as refusal:
         # Where an inverse does not exist there may still be a solution on another side.
-        if type(untracked(below)) not in (float, int) or type(wanted) not in (float, int):
+        if not (_is_number(untracked(below)) and _is_number(wanted)):
             raise
         try:
             changes = _solve_jointly([(below, wanted)], [source])
             return checked([(value, target)], changes)
         except NotInvertible as other:
-            raise (refusal if str(refusal) else other) from None
+            tried = _by_trying((below, wanted), source)
+            if tried is None:
+                raise (refusal if str(refusal) else other) from None
+            return checked([(value, target)], tried)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (float, int)) and type(value) is not bool
+
+
+def _by_trying(wanted: Target, source: Source) -> Changes | None:
+    """A value of a discrete source next to a solution between its values, if it is one too."""
+    from .solving import is_discrete, nearest
+
+    found = nearest([wanted], [source]) if is_discrete(source) else None
+    return found if found is not None and _reaches([wanted], found) else None
 
 
 def _solve_chain(value: Any, target: Any) -> Solution | None:

@@ -172,7 +172,10 @@ class _Problem:
         return self.near(values, RELATIVE_TOLERANCE, 1.0)
 
     def bracket(self, start: float) -> Any:
-        """A solution for one unknown by bisection, the nearest to `start`, None if none is seen."""
+        """A solution for one unknown by bisection, the nearest to `start`, None if none is seen.
+
+        Where there is none, a place at which the values jump over the goal.
+        """
         goal = float(self.goals[0])
 
         def miss(x: float) -> float:
@@ -185,7 +188,12 @@ class _Problem:
             for low, high in _intervals(start, float(self.scale[0]))
             if (root := _bisect(miss, low, high)) is not None
         ]
-        return np.array([min(found, key=lambda x: abs(x - start))]) if found else None
+
+        def worth(x: float) -> tuple[bool, float]:
+            values = self.at([x])
+            return values is None or not self._good_enough(values), abs(x - start)
+
+        return np.array([min(found, key=worth)]) if found else None
 
     def held(self, point: Any) -> Changes:
         """The point as values that the sources can hold; what rounding breaks is solved again."""

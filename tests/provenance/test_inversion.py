@@ -134,6 +134,23 @@ def test_aliasing(value: Any, target: float) -> None:
     assert list(changes(value, target)) == ["a"]
 
 
+@pytest.mark.parametrize(
+    ("value", "target", "expected"),
+    [
+        (N * 7 // 3, 11, {"n": 5}),
+        (N * 2 // 3, 3, {"n": 5}),
+        (N * tracked(7, "m") // 3, 12, {"m": 9}),
+        (tracked(14, "n") % M, 6, {"m": 8}),
+        (apply("round", N * 0.3), 3, {"n": 11}),
+    ],
+)
+def test_whole_numbers_reach_what_rounding_gives(
+    value: Any, target: int, expected: dict[str, int]
+) -> None:
+    """The exact inverse lies between two whole numbers, one of them is a solution as well."""
+    assert changes(value, target) == expected
+
+
 def test_nearest_of_whole_numbers() -> None:
     for value, target, expected in ((N * 2, 15, {"n": 7}), (N * N, 26, {"n": 5})):
         found = invert(value, target)
