@@ -41,7 +41,7 @@ from .array_type import (
     with_elements,
     wrap,
 )
-from .array_ufuncs import select
+from .array_ufuncs import limiting
 from .elements import adapted
 from .values import is_tracked, untracked
 
@@ -206,8 +206,12 @@ def _clip(a: Any, a_min: Any = None, a_max: Any = None, **keywords: Any) -> Any:
     if keywords:
         return call_plain(np.clip, (a, low, high), keywords)
     found = np.clip(*map(plain_deeply, (a, low, high)))
-    operands = [operand_of(x) for x in (a, low, high) if x is not None]
-    return wrap(found, select(found, operands) if any(map(is_known, operands)) else None)
+    bounds = {"max": low, "min": high}
+    names = [name for name, bound in bounds.items() if bound is not None]
+    operands = [operand_of(x) for x in (a, *map(bounds.__getitem__, names))]
+    if not any(map(is_known, operands)):
+        return wrap(found, None)
+    return wrap(found, Elementwise(limiting(*names), operands, np.shape(found)))
 
 
 def _linspace(start: Any, stop: Any, num: Any = 50, endpoint: Any = True, **keywords: Any) -> Any:

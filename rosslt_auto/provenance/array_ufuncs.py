@@ -21,7 +21,9 @@ from .array_rules import (
     scalar_shadow,
     squared,
 )
-from .values import is_tracked
+from .elements import adapted
+from .operators import OPERATORS
+from .values import is_tracked, record, untracked
 
 _OPERATIONS = {
     "add": "add", "subtract": "sub", "multiply": "mul", "divide": "truediv",
@@ -55,19 +57,25 @@ def _elementwise(build: Build) -> Callable[..., Any]:
     return make
 
 
-def select(found: Any, operands: Sequence[Any]) -> Moved:
-    """minimum, maximum, clip: every element is one of the operands' elements."""
-    parts = [_as_shadow(o) for o in operands]
-    values = [part.values.reshape(part.shape) for part in parts]
-    result = np.array(found)
+def limiting(*names: str) -> Build:
+    """minimum, maximum, clip: an element and its bounds, by the rows "min" and "max"."""
+    rows = [OPERATORS[name] for name in names]
 
-    def arrange(numbers: Sequence[Any]) -> Any:
-        chosen_numbers = np.zeros(result.shape, int)
-        for value, number in reversed(list(zip(values, numbers, strict=True))):
-            chosen_numbers = np.where(result == value, number, chosen_numbers)
-        return chosen_numbers
+    def build(value: Any, x: Any, *bounds: Any) -> Any:
+        made = x
+        for op, bound in zip(rows, bounds, strict=True):
+            if is_tracked(made) or is_tracked(bound):
+                made = record(op, op.forward(untracked(made), untracked(bound)), made, bound)
+            else:
+                made = op.forward(made, bound)
+        plain = untracked(made)
+        if plain == value and type(plain) is type(value):
+            return made
+        # NaN, or another precision: the operand that has been chosen, as it was converted.
+        chosen = [o for o in (x, *bounds) if is_tracked(o) and untracked(o) == value]
+        return adapted(chosen[0], value) if chosen else value
 
-    return Moved(parts, arrange)
+    return build
 
 
 def _as_shadow(operand: Any) -> Shadow:
@@ -90,11 +98,11 @@ def fill_ufuncs() -> None:
         if isinstance(ufunc, np.ufunc):
             UFUNCS[ufunc] = _elementwise(build)
     for name in ("minimum", "maximum", "fmin", "fmax"):
-        UFUNCS[getattr(np, name)] = select
+        UFUNCS[getattr(np, name)] = _elementwise(limiting(name.removeprefix("f")[:3]))
     core = getattr(np, "_core", None) or np.core  # 1.x
     clip = getattr(core.umath, "clip", None)
     if clip is not None:
-        UFUNCS[clip] = select
+        UFUNCS[clip] = _elementwise(limiting("max", "min"))
     UFUNCS[np.matmul] = _matmul
     for name in ("conjugate",):
         UFUNCS[getattr(np, name)] = lambda found, operands: Moved(

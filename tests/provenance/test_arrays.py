@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from rosslt_auto.provenance import Source, arrays, is_tracked, provenance, untracked
 from rosslt_auto.provenance.array_names import CALLS
 from rosslt_auto.provenance.expressions import evaluate
+from rosslt_auto.provenance.inversion import NotInvertible, invert
 from rosslt_auto.provenance.values import leaf
 
 SOURCES = {name: Source("/node", name, "float") for name in "xyzk"}
@@ -345,7 +346,11 @@ def test_plain_scalars_and_arrays_meet_tracked_numbers() -> None:
     assert texts(k / np.array([1.0, 4.0])) == ["k / 1.0", "k / 4.0"]
     assert text(np.sin(k)) == "sin(k)"
     assert text(np.hypot(k, 1.0)) == "hypot(k, 1.0)"
-    assert text(np.clip(k, 0.0, 9.0)) == "k"
+    assert text(np.clip(k, 0.0, 9.0)) == "min(max(k, 0.0), 9.0)"
+    assert text(np.clip(k, None, 9.0)) == text(np.minimum(k, 9.0)) == "min(k, 9.0)"
+    with pytest.raises(NotInvertible, match=r"limited to 9\.0"):
+        invert(np.clip(k, 0.0, 9.0), 10.0)
+    assert list(invert(np.clip(k * k, 0.0, 9.0), np.float64(6.25)).changes.values()) == [2.5]
     array = before = np.ones(2)
     array *= k
     assert array is before and array.tolist() == [2.0, 2.0]
