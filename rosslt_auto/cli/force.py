@@ -83,17 +83,24 @@ def _undo(arguments: Any) -> int:
     from rosslt_auto.ros.forcing import undo
     from rosslt_auto.ros.observer import Observer
 
+    changes: list[Any] = []
+    left: list[str] = []
     with Observer("force") as observer:
         try:
-            changes = undo(observer, arguments.timeout)
+            changes, left = undo(observer, arguments.timeout)
+            reason = "; ".join(left) or None
+            if not changes and reason is None:
+                reason = "nothing has been forced in this domain that could be taken back"
         except (ChangeRefused, NoAnswer) as error:
-            raise Failure(str(error)) from None
-    if not changes:
-        raise Failure("nothing has been forced in this domain that could be taken back")
+            reason = str(error)
     if arguments.json:
-        show.print_json({"changes": [change.to_json() for change in changes]})
+        document: dict[str, Any] = {"changes": [change.to_json() for change in changes]}
+        show.print_json(document if reason is None else {**document, "reason": reason})
     else:
         _print_changes("changed back", changes)
+    if reason is not None:
+        say(reason)
+        return 1
     return 0
 
 
@@ -115,7 +122,7 @@ def _print(result: Any) -> None:
 
     console = show.console()
     verb = "would change" if result.dry_run else "changed"
-    if not result.changes:
+    if not result.changes and result.reason is None:
         console.print("nothing to change")
     _print_changes(verb, result.changes)
     for path, entries in result.alternatives.items():

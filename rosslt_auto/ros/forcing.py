@@ -118,19 +118,15 @@ def force(
     try:
         wanted = wanted_fields(subscription.message_type, targets)
         message = _first_tracked(observer, subscription, wanted, deadline)
-        solution = solve(message, wanted, policy, source)
         result = Forced(subscription.topic, dry_run=dry_run)
         result.fields = {
             one.path: {"target": one.target, "value": untracked(message.fields[one.path])}
             for one in wanted
         }
-        result.changes = changes_for(message, solution)
         if dry_run:
-            result.alternatives = {
-                one.path: _alternatives(message.fields[one.path], one.target) for one in wanted
-            }
-            result.policies = {name: _by_policy(message, wanted, name) for name in POLICIES}
-            return result
+            return _tell(result, message, wanted, policy, source)
+        solution = solve(message, wanted, policy, source)
+        result.changes = changes_for(message, solution)
         observer.parameters.set(result.changes, timeout)
         journal.add(result.changes)
         _verify(subscription, wanted, message, solution, result, timeout)
@@ -139,17 +135,62 @@ def force(
         observer.unsubscribe(subscription)
 
 
-def undo(observer: Observer, timeout: float = 5.0) -> list[Change]:
+def undo(observer: Observer, timeout: float = 5.0) -> tuple[list[Change], list[str]]:
     """Takes the latest `force` of this domain back: its sources get their old values again.
 
-    Returns what was changed, empty if there is nothing to be taken back.
+    Returns what was changed back, and for each source that was left alone, in words, why: its node
+    has ended since, or somebody else has changed it. Both are empty if nothing was forced.
     Raises ChangeRefused, NoAnswer: then nothing has been changed.
     """
-    changes = [Change(c.node, c.parameter, c.new, c.old) for c in journal.last()]
-    if changes:
-        observer.parameters.set(changes, timeout)
-        journal.drop_last()
-    return changes
+    forced = journal.last()
+    if not forced:
+        return [], []
+    now = _current(observer, forced, timeout)
+    back = [Change(c.node, c.parameter, c.new, c.old) for c in forced if now.get(c) == c.new]
+    observer.parameters.set(back, timeout)
+    journal.drop_last()
+    return back, [_left(c, now) for c in forced if now.get(c) != c.new]
+
+
+def _current(observer: Observer, forced: list[Change], timeout: float) -> dict[Change, Any]:
+    """The values that forced sources have now; nothing for those of nodes that are not there."""
+    found: dict[Change, Any] = {}
+    for node in dict.fromkeys(change.node for change in forced):
+        changes = [change for change in forced if change.node == node]
+        try:
+            values = observer.parameters.get(node, [c.parameter for c in changes], timeout)
+        except NoAnswer:
+            if observer.knows_node(node):
+                raise
+            continue
+        found.update(zip(changes, values, strict=True))
+    return found
+
+
+def _left(change: Change, now: Mapping[Change, Any]) -> str:
+    """Why a change is not taken back."""
+    what = f"{change.parameter} of {change.node}, forced from {change.old!r} to {change.new!r},"
+    if change not in now:
+        return f"{what} has ended with its node"
+    value = now[change]
+    if value is None:
+        return f"{what} is not there any more: the node has been started anew"
+    return f"{what} is {value!r} now: the node has been started anew, or somebody else has set it"
+
+
+def _tell(
+    result: Forced, message: TrackedMessage, wanted: list[Wanted], policy: str, source: str | None
+) -> Forced:
+    """The result of a dry run: what would change, and what else could, also where nothing can."""
+    try:
+        result.changes = changes_for(message, solve(message, wanted, policy, source))
+    except CannotForce as refusal:
+        result.reason = str(refusal)
+    result.alternatives = {
+        one.path: _alternatives(message.fields[one.path], one.target) for one in wanted
+    }
+    result.policies = {name: _by_policy(message, wanted, name) for name in POLICIES}
+    return result
 
 
 def _alternatives(value: Any, target: Any) -> list[dict[str, Any]]:
@@ -262,7 +303,9 @@ def changes_for(message: TrackedMessage, solution: Mapping[Source, Any]) -> list
     }
     try:
         return [
-            change_of(source, old[source], source.check(new)) for source, new in solution.items()
+            change_of(source, old[source], source.check(new))
+            for source, new in solution.items()
+            if new != old[source]
         ]
     except (ChangeRefused, SourceChangeRefused) as refusal:
         raise CannotForce(str(refusal)) from None
@@ -280,6 +323,7 @@ def _verify(
     deadline = time.monotonic() + timeout
     seen = 0
     why = ""
+    motions = [_Motion(one, forced, solution) for one in wanted]
     while True:
         try:
             message = subscription.next(deadline)
@@ -287,7 +331,8 @@ def _verify(
             result.reason = _not_shown(result, seen, why)
             return
         seen += 1
-        for one in wanted:
+        moved = [motion.seen_in(message) for motion in motions]
+        for one, moves in zip(wanted, moved, strict=True):
             try:
                 value = paths.get(message.message, one.path)
             except paths.FieldError:  # a sequence has become shorter
@@ -295,7 +340,7 @@ def _verify(
             result.fields[one.path]["value"] = untracked(value)
             if one.shown_by(value, forced.fields[one.path]):
                 continue
-            if not _moves(one, message, forced, solution):
+            if not moves or not _carries_change(one, message, forced, solution):
                 why = _explanation(one, message, forced, solution)
                 break
             result.fields[one.path]["moving"] = True
@@ -304,7 +349,31 @@ def _verify(
             return
 
 
-def _moves(
+class _Motion:
+    """Whether a field moves by itself: it differs while the sources to be changed do not.
+
+    A program that has taken another path shows another value once, and then that again.
+    """
+
+    def __init__(self, one: Wanted, forced: TrackedMessage, solution: Mapping[Source, Any]) -> None:
+        self._path = one.path
+        self._sources = list(solution)
+        self._last: dict[tuple[Any, ...], Any] = {}
+        self._moves = False
+        self.seen_in(forced)
+
+    def seen_in(self, message: TrackedMessage) -> bool:
+        """Whether it has moved up to this message."""
+        value = message.fields.get(self._path)
+        if value is not None:
+            now = {source_of(leaf): untracked(leaf) for leaf in leaves(value)}
+            state = tuple(now.get(source) for source in self._sources)
+            plain = untracked(value)
+            self._moves |= self._last.setdefault(state, plain) != plain
+        return self._moves
+
+
+def _carries_change(
     one: Wanted, message: TrackedMessage, forced: TrackedMessage, solution: Mapping[Source, Any]
 ) -> bool:
     """Whether a field that moves by itself carries the change.

@@ -1,5 +1,6 @@
 """Forcing fields: targets, solutions for several fields, and what counts as reached."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -213,6 +214,30 @@ def test_a_field_that_moves_by_itself() -> None:
     assert result.fields["linear.x"] == {"target": 6.0, "value": 12.0, "moving": True}
 
 
+def test_another_path_is_no_motion() -> None:
+    """A branch on the changed source: its value stays, as often as it is published."""
+    forced = message(linear_x=leaf(SPEED, 0.5) * 2)
+    after = [message(linear_x=leaf(SPEED, 2.5) * 10) for _ in range(3)]
+    before = message(linear_x=leaf(SPEED, 0.5) * 2)
+    result = verify(forced, wanted(linear_x=5), {SPEED: 2.5}, before, *after)
+    assert not result.reached
+    assert "linear.x is 25.0; with the new values the program took another path" in str(
+        result.reason
+    )
+
+
+def test_motion_may_be_seen_after_the_change_only() -> None:
+    forced = message(linear_x=leaf(SPEED, 2.0) * 1.0)
+    after = [message(linear_x=leaf(SPEED, 6.0) * time) for time in (1.5, 2.0)]
+    assert not verify(forced, wanted(linear_x=6), {SPEED: 6.0}, *after[:1]).reached
+    assert verify(forced, wanted(linear_x=6), {SPEED: 6.0}, *after).reached
+
+
+def test_what_stays_as_it_is_is_no_change() -> None:
+    seen = message(linear_x=leaf(SPEED, 2.0))
+    assert forcing.changes_for(seen, {SPEED: 2.0}) == []
+
+
 def test_a_history_kept_to_first_order_proves_nothing() -> None:
     def at(time: float, speed: float) -> TrackedMessage:
         source = leaf(SPEED, speed)
@@ -223,3 +248,69 @@ def test_a_history_kept_to_first_order_proves_nothing() -> None:
     result = verify(at(1.0, 2.0), wanted(linear_x=6), {SPEED: 6.0}, at(2.0, 6.0))
     assert not result.reached
     assert untracked(result.fields["linear.x"]["value"]) == 12.0
+
+
+# Taking back
+
+
+class Parameters:
+    """Parameters of nodes: by node None where it is gone, else by name."""
+
+    def __init__(self, nodes: dict[str, dict[str, Any] | None]) -> None:
+        self.nodes = nodes
+        self.parameters = self
+
+    def knows_node(self, name: str) -> bool:
+        return self.nodes.get(name) is not None
+
+    def get(self, node: str, names: list[str], timeout: float) -> list[Any]:
+        there = self.nodes[node]
+        if there is None:
+            raise NoAnswer(f"{node} has no parameter services in reach")
+        return [there.get(name) for name in names]
+
+    def set(self, changes: list[forcing.Change], timeout: float) -> None:
+        for change in changes:
+            there = self.nodes[change.node]
+            assert there is not None
+            there[change.parameter] = change.new
+
+
+def test_only_what_is_still_as_forced_is_taken_back(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    forced = {"/a": "kept", "/b": "ended", "/c": "anew", "/d": "elsewhere"}
+    forcing.journal.add([forcing.Change("/a", "earlier", 0.5, 0.75)])
+    forcing.journal.add([forcing.Change(node, name, 1.0, 2.0) for node, name in forced.items()])
+    nodes: dict[str, dict[str, Any] | None] = {
+        "/a": {"kept": 2.0, "earlier": 0.75}, "/b": None, "/c": {}, "/d": {"elsewhere": 3.0},
+    }  # fmt: skip
+    back, left = forcing.undo(Parameters(nodes))  # type: ignore[arg-type]
+    assert [change.to_json() for change in back] == [
+        {"node": "/a", "parameter": "kept", "old": 2.0, "new": 1.0}
+    ]
+    assert nodes["/a"] == {"kept": 1.0, "earlier": 0.75} and nodes["/d"] == {"elsewhere": 3.0}
+    assert [text.split(", ", 1)[0] for text in left] == [
+        "ended of /b",
+        "anew of /c",
+        "elsewhere of /d",
+    ]
+    assert "ended with its node" in left[0]
+    assert "is 3.0 now" in left[2]
+    [earlier], _ = forcing.undo(Parameters(nodes))  # type: ignore[arg-type]
+    assert (earlier.parameter, earlier.new) == ("earlier", 0.5)
+    assert forcing.undo(Parameters(nodes)) == ([], [])  # type: ignore[arg-type]
+
+
+def test_a_dry_run_that_cannot_be_lists_what_each_source_could_do() -> None:
+    count = leaf(Source("/a", "rosslt.count", "int"), 4)
+    seen = message(linear_x=count * leaf(SPEED, 0.5))
+    told = forcing._tell(
+        Forced("/cmd", dry_run=True), seen, wanted(linear_x=3.3), "left", "rosslt.count"
+    )
+    assert "nearest that can be reached" in str(told.reason)
+    found = {entry["parameter"]: entry for entry in told.alternatives["linear.x"]}
+    assert found["rosslt.speed"]["new"] == pytest.approx(0.825)
+    assert "int" in found["rosslt.count"]["reason"]
+    assert told.changes == []
