@@ -172,7 +172,7 @@ class Page:
         except Exception as reason:
             self._tell(str(reason))
             return
-        with gui.add_modal("Save changes into the source files", size="xl") as modal:
+        with gui.add_modal("Save changes into the source files") as modal:
             gui.add_html(f"<pre style='font-size:12px;overflow:auto'>{html.escape(diff)}</pre>")
             save = gui.add_button("Save")
             cancel = gui.add_button("Cancel")
