@@ -11,7 +11,7 @@ from support.domains import reserved_domain
 from support.output import normalised
 from support.process import DATA, Outcome, finish, start
 
-DRIVEN = ("decorated", "effects", "operations")
+DRIVEN = ("decorated", "effects", "operations", "other_process", "remarks")
 """Programs of other tests, which need a partner."""
 
 PROGRAMS = sorted(path.stem for path in DATA.glob("*.py") if path.stem not in DRIVEN)
