@@ -64,7 +64,7 @@ def folder(tmp_path: Path) -> Path:
 def outcome(folder: Path, *words: str, path: Path = ROOT) -> tuple[int, str, str]:
     done = subprocess.run(
         [sys.executable, *words], cwd=folder, capture_output=True, text=True, timeout=120,
-        env={**os.environ, "PYTHONPATH": str(path)},
+        env={**os.environ, "PYTHONPATH": str(path), "PYTHONUNBUFFERED": "1"},
     )  # fmt: skip
     return done.returncode, done.stdout, done.stderr
 
