@@ -51,20 +51,28 @@ class WovenHandles:
         self._plain = handle.__bases__[0]
         self._connect = connect
         self._join_points = JoinPoints()
+        self._users: set[Any] = set()
         self.connected: weakref.WeakSet[Any] = weakref.WeakSet()
         handle.__name__ = handle.__qualname__ = self._plain.__name__
         handle.__module__ = self._plain.__module__
 
-    def install(self) -> None:
-        """Weaves the advice in; entities made before stay plain."""
+    def install(self, user: Any = None) -> None:
+        """Weaves the advice in; entities made before stay plain.
+
+        user  on whose behalf: the advice stays until nobody needs it any more
+        """
+        self._users.add(user)
         if not self._join_points:
             self._join_points.advise(Node, self._method, self._create_advice)
             setattr(_rclpy, self._kind, self._handle)
             _installed.add(self._kind)
             sequences.install()
 
-    def uninstall(self) -> None:
-        """Takes the advice off; entities that were made in between become plain."""
+    def uninstall(self, user: Any = None) -> None:
+        """Takes the advice off with its last user; entities made in between become plain."""
+        self._users.discard(user)
+        if self._users:
+            return
         self._join_points.restore()
         _installed.discard(self._kind)
         if not _installed:

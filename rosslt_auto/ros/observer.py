@@ -121,7 +121,6 @@ class Observer:
         self._purpose = purpose
 
     def __enter__(self) -> Observer:
-        subscribing.install()
         self._context = Context()
         rclpy.init(args=[], context=self._context)
         self.node = rclpy.create_node(
@@ -136,6 +135,7 @@ class Observer:
         self._thread = threading.Thread(target=self._spin, name="rosslt observer", daemon=True)
         self._thread.start()
         self.parameters = ParameterClient(self.node)
+        subscribing.install(self)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -144,6 +144,7 @@ class Observer:
         self._thread.join(5.0)
         self.node.destroy_node()
         rclpy.try_shutdown(context=self._context)
+        subscribing.uninstall(self)
 
     def _spin(self) -> None:
         with suppress(ExternalShutdownException):

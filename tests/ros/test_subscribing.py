@@ -29,6 +29,7 @@ from std_msgs.msg import Float64, Header, Int32, UInt8MultiArray
 from rosslt_auto.provenance import is_tracked, provenance
 from rosslt_auto.ros import encoding, header, subscribing
 from rosslt_auto.ros.fields import tracked_fields
+from rosslt_auto.ros.observer import Observer
 from support.process import ROOT, Program, environment
 from support.waiting import wait_until
 from support.wire import Nodes, headers_of, told, tracked, wait_until_heard, woven
@@ -692,3 +693,25 @@ def test_installing_is_idempotent_and_reversible(domain: int, topic: str) -> Non
     finally:
         subscribing.uninstall()
     assert (Node.__dict__["create_subscription"], rclpy_implementation.Subscription) == before
+
+
+def test_an_observer_weaves_for_itself_alone(
+    own_domain: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What a command or a view does in this process leaves nothing behind, and takes nothing."""
+    from rclpy.node import Node
+
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(own_domain))
+    before = Node.__dict__["create_subscription"]
+    with Observer("first"):
+        with Observer("second"):
+            assert Node.__dict__["create_subscription"] is not before
+        assert Node.__dict__["create_subscription"] is not before
+    assert Node.__dict__["create_subscription"] is before
+    with woven(subscribing), Nodes(own_domain) as made:
+        woven_create = Node.__dict__["create_subscription"]
+        with Observer("third"):
+            pass
+        assert Node.__dict__["create_subscription"] is woven_create
+        subscription = made.node().create_subscription(Point, "point", lambda _: None, 10)
+        assert headers_of(subscription) is not None
