@@ -14,6 +14,7 @@ import pytest
 from rosslt_auto.provenance import Source, folding, provenance, untracked
 from rosslt_auto.provenance.expressions import evaluate, gradient, operands, topological
 from rosslt_auto.provenance.folding import MAX_TERMS, fold
+from rosslt_auto.provenance.forms import Forms
 from rosslt_auto.provenance.values import DEPTH_LIMIT, leaf
 from support.tracked import apply, bits, sources_by_name, tracked
 
@@ -167,14 +168,60 @@ def test_many_values_that_depend_on_each_other() -> None:
 def test_a_wide_expression_is_folded_once_for_all() -> None:
     """Not the same part again for each value that is built on it."""
     folded = []
-    plain = folding._fold
+
+    class Counting(Forms):
+        def fold(self, chosen: set[int]) -> None:
+            folded.append(len(self.order))
+            super().fold(chosen)
+
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            folding, "_fold", lambda *given: (folded.append(len(given[0])), plain(*given))
-        )
+        patch.setattr(folding, "Forms", Counting)
         neighbours([tracked(float(i), f"cell{i}") for i in range(20)], 400)
     assert 0 < len(folded) < 10
     assert sum(folded) < 4 * 20 * 3 * 400
+
+
+def test_a_product_of_sources_is_added_up_exactly() -> None:
+    """``x += speed * dt``: the product is the same whenever it is added."""
+    x, speed, dt = tracked(1.0, "x"), tracked(0.5, "speed"), tracked(0.01, "dt")
+    value, steps = x, 5 * DEPTH_LIMIT
+    for _ in range(steps):
+        value = value + speed * dt
+    fold(value)
+    assert operators_of(value) == {"source", "mul", "affine"}
+    assert provenance(value).expression.endswith(" + 5120 * (speed * dt - 0.005)")
+    found = provenance(value).evaluate({"speed": 2.0, "dt": 0.1, "x": 0.0})
+    assert math.isclose(found, steps * 2.0 * 0.1, rel_tol=1e-9)
+    [answer] = provenance(value).invert(0.0, source="dt").changes.values()
+    assert math.isclose(1.0 + steps * 0.5 * answer, 0.0, abs_tol=1e-9)
+
+
+def test_what_is_around_an_exact_part_is_kept() -> None:
+    """``cos(angle)`` of an angle with a long history, as it travels."""
+    angle, step, radius = tracked(0.5, "angle"), tracked(0.001, "step"), tracked(2.0, "radius")
+    turned = integrator(angle, step, 700)
+    value = apply("cos", turned) * radius
+    before = untracked(value)
+    fold(value)
+    assert bits(untracked(value)) == bits(before) == bits(evaluate(value, {}))
+    assert operators_of(value) == {"source", "affine", "cos", "mul"}
+    assert value._depth == 3
+    for target in (0.25, -1.5, 2.0):
+        [answer] = provenance(value).invert(target, source="angle").changes.values()
+        assert math.isclose(2.0 * math.cos(answer + 0.7), target, rel_tol=1e-9)
+    [answer] = provenance(value).invert(1.0, source="step").changes.values()
+    assert math.isclose(2.0 * math.cos(0.5 + 700 * answer), 1.0, rel_tol=1e-9)
+
+
+def test_many_different_products_become_first_order() -> None:
+    """A form does not keep them all."""
+    a, value = tracked(0.05, "a"), tracked(0.0, "y")
+    for i in range(3 * DEPTH_LIMIT):
+        value = value + a * tracked(float(i), "x")
+    assert len(topological([value])) < 4 * DEPTH_LIMIT
+    fold(value)
+    assert "linear" in operators_of(value)
+    assert len(topological([value])) < 2 * MAX_TERMS
 
 
 def test_what_drops_sources_is_no_exact_form() -> None:
