@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from support.domains import reserved_domain
 from support.process import NETWORK
@@ -18,6 +19,12 @@ os.environ.update(NETWORK)  # for the observer in this process too
 for _name in ("ROS_PYTHON_CHECK_FIELDS", "ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY", "ROS_NAMESPACE"):
     os.environ.pop(_name, None)
 
+
+# How long an example takes says more of the machine than of what is tested.
+settings.register_profile(
+    "any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True
+)
+settings.load_profile("any machine")
 
 NETWORKED = ("cli", "e2e", "ros", "views")
 """Folders whose tests find each other over DDS, in time that a busy machine may not give them."""
