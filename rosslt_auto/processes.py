@@ -9,17 +9,14 @@ from __future__ import annotations
 
 import functools
 import os
-import sys
 from collections.abc import Callable
 from typing import Any
 
 from .instrument import hook
 from .instrument.selection import Selection
 from .provenance.frames import unseen
-from .provenance.imported import AfterImport
+from .provenance.joinpoints import JoinPoints
 from .ros import weave
-
-_NAME = "get_preparation_data"
 
 # Executed in a new process, as early as that: nothing of what goes wrong here may end it.
 _JOIN = """\
@@ -35,8 +32,7 @@ except Exception as error:
     print(f"rosslt_auto: a process runs without provenance: {error}", file=sys.stderr)
 """
 
-_waiting: list[AfterImport] = []
-_woven: list[tuple[Callable[..., Any], Callable[..., Any]]] = []
+_points = JoinPoints()
 
 
 def install(arguments: list[str], read_only: bool = False) -> None:
@@ -44,20 +40,14 @@ def install(arguments: list[str], read_only: bool = False) -> None:
 
     arguments, read_only  see `weave.prepare`
     """
-    if not _waiting:
-        weave_spawn = functools.partial(_weave, arguments, read_only)
-        _waiting.append(AfterImport("multiprocessing.spawn", weave_spawn))
+    if not _points:
+        advised = functools.partial(_advised, arguments, read_only)
+        _points.replace_when_imported("multiprocessing.spawn", "get_preparation_data", advised)
 
 
 def uninstall() -> None:
     """Further processes are plain ones, unless they are forked."""
-    while _waiting:
-        _waiting.pop().cancel()
-    while _woven:
-        original, ours = _woven.pop()
-        spawn = sys.modules["multiprocessing.spawn"]
-        if getattr(spawn, _NAME) is ours:
-            setattr(spawn, _NAME, original)
+    _points.restore()
 
 
 def join(selections: list[Any], arguments: list[str], read_only: bool) -> None:
@@ -69,15 +59,8 @@ def join(selections: list[Any], arguments: list[str], read_only: bool) -> None:
     install(arguments, read_only)
 
 
-def _weave(arguments: list[str], read_only: bool) -> None:
-    spawn: Any = sys.modules["multiprocessing.spawn"]
-    original = getattr(spawn, _NAME)
-    _woven.append((original, _advised(original, arguments, read_only)))
-    setattr(spawn, _NAME, _woven[-1][1])
-
-
 def _advised(
-    original: Callable[..., Any], arguments: list[str], read_only: bool
+    arguments: list[str], read_only: bool, original: Callable[..., Any]
 ) -> Callable[..., Any]:
     @functools.wraps(original)
     def get_preparation_data(*args: Any, **kwargs: Any) -> Any:

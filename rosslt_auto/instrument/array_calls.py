@@ -8,24 +8,22 @@ from __future__ import annotations
 import sys
 
 from ..provenance.frames import unseen
-from ..provenance.imported import AfterImport
+from ..provenance.joinpoints import JoinPoints
 from . import calls
 
-_waiting: list[AfterImport] = []
+_points = JoinPoints()
 
 
 def install() -> None:
     """Weaves numpy and `array` as soon as they are there. Idempotent."""
-    if not _waiting:
-        _waiting.append(AfterImport("numpy", _weave_numpy))
-        _waiting.append(AfterImport("array", _weave_array))
+    if not _points:
+        _points.when_imported("numpy", _weave_numpy)
+        _points.when_imported("array", _weave_array)
 
 
 def uninstall() -> None:
     """Calls are plain again; arrays that have provenance keep it."""
-    for one in _waiting:
-        one.cancel()
-    _waiting.clear()
+    _points.restore()
     arrays = sys.modules.get("rosslt_auto.provenance.arrays")
     if arrays is not None:
         calls.forget(arrays.ADVICE)

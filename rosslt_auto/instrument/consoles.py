@@ -9,43 +9,26 @@ without.
 from __future__ import annotations
 
 import functools
-import sys
 from collections.abc import Callable
 from types import CodeType
 from typing import Any
 
 from ..provenance.frames import unseen
-from ..provenance.imported import AfterImport
+from ..provenance.joinpoints import JoinPoints
 
-_waiting: list[AfterImport] = []
-_originals: list[tuple[Any, Any]] = []
+_points = JoinPoints()
 _inputs: dict[str, int] = {}
 
 
 def install() -> None:
     """Instruments inputs as soon as module `code` is imported. Idempotent."""
-    if not _waiting:
-        _waiting.append(AfterImport("code", _weave))
+    if not _points:
+        _points.replace_when_imported("code", "InteractiveInterpreter.runcode", _advised)
 
 
 def uninstall() -> None:
     """Inputs are plain again, save where somebody else has wrapped the method since."""
-    for one in _waiting:
-        one.cancel()
-    _waiting.clear()
-    while _originals:
-        original, ours = _originals.pop()
-        interpreter = sys.modules["code"].InteractiveInterpreter
-        if vars(interpreter).get("runcode") is ours:
-            interpreter.runcode = original
-
-
-def _weave() -> None:
-    interpreter: Any = sys.modules["code"].InteractiveInterpreter
-    original = interpreter.runcode
-    ours = _advised(original)
-    _originals.append((original, ours))
-    interpreter.runcode = ours
+    _points.restore()
 
 
 def _advised(original: Callable[..., Any]) -> Callable[..., Any]:

@@ -8,14 +8,13 @@ the source that is rewritten.
 from __future__ import annotations
 
 import functools
-import sys
 from collections.abc import Callable
 from operator import is_
 from types import CodeType
 from typing import Any
 
 from ..provenance.frames import unseen
-from ..provenance.imported import AfterImport
+from ..provenance.joinpoints import JoinPoints
 from ..provenance.values import PlainType
 
 FUNCTIONS: dict[str, tuple[str, ...]] = {
@@ -26,36 +25,22 @@ FUNCTIONS: dict[str, tuple[str, ...]] = {
     "_xxsubinterpreters": ("run_string", "channel_send"),
     "_xxinterpchannels": ("send",),
 }
-"""Join points: functions by the module that has them."""
+"""Join points: functions by the module that has them. Not all versions have all of them."""
 
-_waiting: list[AfterImport] = []
-_originals: dict[tuple[str, str], Any] = {}
+_points = JoinPoints()
 
 
 def install() -> None:
     """Wraps the functions as soon as their modules are there. Idempotent."""
-    if not _waiting:
-        for module in FUNCTIONS:
-            _waiting.append(AfterImport(module, functools.partial(_weave, module)))
+    if not _points:
+        for module, names in FUNCTIONS.items():
+            for name in names:
+                _points.replace_when_imported(module, name, _with_plain_arguments)
 
 
 def uninstall() -> None:
     """The functions are as they were, save where somebody else has wrapped them since."""
-    for one in _waiting:
-        one.cancel()
-    _waiting.clear()
-    for (module, name), (original, ours) in list(_originals.items()):
-        if getattr(sys.modules.get(module), name, None) is ours:
-            setattr(sys.modules[module], name, original)
-        del _originals[module, name]
-
-
-def _weave(module: str) -> None:
-    for name in FUNCTIONS[module]:
-        original = getattr(sys.modules[module], name, None)
-        if original is not None:  # not all versions have all of them
-            _originals[module, name] = original, _with_plain_arguments(original)
-            setattr(sys.modules[module], name, _originals[module, name][1])
+    _points.restore()
 
 
 def _with_plain_arguments(function: Callable[..., Any]) -> Callable[..., Any]:

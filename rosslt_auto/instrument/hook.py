@@ -20,6 +20,7 @@ from types import CodeType
 from typing import Any
 
 from ..provenance.frames import unseen, untraced
+from ..provenance.joinpoints import JoinPoints
 from . import array_calls, cache, consoles, exact_types, pytest_modules, run_path, tables
 from .errors import NotInstrumented, NotNow, NotParsed
 from .selection import Selection
@@ -29,7 +30,7 @@ _WITHOUT_SOURCE = (zipimport.zipimporter, SourcelessFileLoader)
 """Loaders of modules that may exist as ``.pyc`` only."""
 
 _selections: list[Selection] = []
-_originals: dict[type, Any] = {}
+_points = JoinPoints()
 _warned: set[str] = set()
 
 loaded: set[tuple[str, str]] = set()
@@ -46,10 +47,7 @@ def install(selection: Selection) -> None:
     run_path.install()
     consoles.install()
     for loader in (_SourceLoader, *_WITHOUT_SOURCE):
-        if loader not in _originals:
-            original = vars(loader)["get_code"]
-            _originals[loader] = original, _advised(original)
-            loader.get_code = _originals[loader][1]  # type: ignore[attr-defined]
+        _points.replace(loader, "get_code", _advised)
 
 
 def uninstall() -> None:
@@ -61,10 +59,7 @@ def uninstall() -> None:
     pytest_modules.uninstall()
     run_path.uninstall()
     consoles.uninstall()
-    for loader, (original, ours) in list(_originals.items()):
-        if vars(loader)["get_code"] is ours:
-            loader.get_code = original  # type: ignore[attr-defined]
-            del _originals[loader]
+    _points.restore()
 
 
 def selections() -> tuple[Selection, ...]:

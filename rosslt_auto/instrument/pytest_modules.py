@@ -14,39 +14,25 @@ from types import CodeType
 from typing import Any
 
 from ..provenance.frames import unseen
-from ..provenance.imported import AfterImport
+from ..provenance.joinpoints import JoinPoints, around
 from . import tables
 from .errors import NotParsed
 
 _MODULE = "_pytest.assertion.rewrite"
 
-_waiting: list[AfterImport] = []
-_originals: list[Any] = []
+_points = JoinPoints()
 
 
 def install() -> None:
     """Wraps pytest's loader as soon as pytest is imported. Idempotent."""
-    if not _waiting:
-        _waiting.append(AfterImport(_MODULE, _weave))
+    if not _points:
+        method = "AssertionRewritingHook.exec_module"
+        _points.replace_when_imported(_MODULE, method, around(_exec_module))
 
 
 def uninstall() -> None:
     """The loader is as it was, save where somebody else has wrapped it since."""
-    for one in _waiting:
-        one.cancel()
-    _waiting.clear()
-    loader = getattr(sys.modules.get(_MODULE), "AssertionRewritingHook", None)
-    if _originals and getattr(vars(loader)["exec_module"], "_self_wrapper", None) is _exec_module:
-        loader.exec_module = _originals.pop()  # type: ignore[union-attr]
-
-
-def _weave() -> None:
-    import wrapt  # slow to import, see tests/cli/test_run_program.py
-
-    loader = getattr(sys.modules[_MODULE], "AssertionRewritingHook", None)
-    if loader is not None and "exec_module" in vars(loader):
-        _originals[:] = [vars(loader)["exec_module"]]
-        wrapt.wrap_function_wrapper(loader, "exec_module", _exec_module)
+    _points.restore()
 
 
 @unseen

@@ -8,45 +8,26 @@ from __future__ import annotations
 import functools
 import marshal
 import os
-import sys
 from collections.abc import Callable
 from importlib.util import MAGIC_NUMBER
 from types import CodeType
 from typing import Any
 
 from ..provenance.frames import unseen
-from ..provenance.imported import AfterImport
+from ..provenance.joinpoints import JoinPoints
 
-_NAME = "_get_code_from_file"
-
-_waiting: list[AfterImport] = []
-_originals: list[Any] = []
+_points = JoinPoints()
 
 
 def install() -> None:
     """Wraps the function as soon as `runpy` is imported. Idempotent."""
-    if not _waiting:
-        _waiting.append(AfterImport("runpy", _weave))
+    if not _points:
+        _points.replace_when_imported("runpy", "_get_code_from_file", _advised)
 
 
 def uninstall() -> None:
     """The function is as it was, save where somebody else has wrapped it since."""
-    for one in _waiting:
-        one.cancel()
-    _waiting.clear()
-    runpy: Any = sys.modules.get("runpy")
-    while _originals:
-        original, ours = _originals.pop()
-        if getattr(runpy, _NAME, None) is ours:
-            setattr(runpy, _NAME, original)
-
-
-def _weave() -> None:
-    runpy: Any = sys.modules["runpy"]
-    if hasattr(runpy, _NAME):
-        original = getattr(runpy, _NAME)
-        _originals[:] = [(original, _advised(original))]
-        setattr(runpy, _NAME, _originals[0][1])
+    _points.restore()
 
 
 def _advised(original: Callable[..., Any]) -> Callable[..., Any]:

@@ -7,13 +7,12 @@ most. What is handed over to one arrives as a plain value, see `exact_types`.
 from __future__ import annotations
 
 import functools
-import sys
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
 from ..provenance.frames import unseen
-from ..provenance.imported import AfterImport
+from ..provenance.joinpoints import JoinPoints
 from .hook import warn_once
 
 MODULES = ("_xxsubinterpreters", "_interpreters")
@@ -21,8 +20,7 @@ MODULES = ("_xxsubinterpreters", "_interpreters")
 
 MESSAGE = "rosslt_auto: subinterpreters run without provenance"
 
-_waiting: list[AfterImport] = []
-_woven: list[tuple[str, Any, Any]] = []
+_points = JoinPoints()
 
 
 def is_one() -> bool:
@@ -46,27 +44,14 @@ def refuses() -> bool:
 
 def install() -> None:
     """Says it when the first one is made. Idempotent."""
-    if not _waiting:
-        for name in MODULES:
-            _waiting.append(AfterImport(name, functools.partial(_weave, name)))
+    if not _points:
+        for module in MODULES:
+            _points.replace_when_imported(module, "create", _advised)
 
 
 def uninstall() -> None:
     """Takes the advice off again."""
-    while _waiting:
-        _waiting.pop().cancel()
-    while _woven:
-        name, original, ours = _woven.pop()
-        if getattr(sys.modules.get(name), "create", None) is ours:
-            vars(sys.modules[name])["create"] = original
-
-
-def _weave(name: str) -> None:
-    module = sys.modules[name]
-    original = getattr(module, "create", None)
-    if original is not None:
-        _woven.append((name, original, _advised(original)))
-        vars(module)["create"] = _woven[-1][2]
+    _points.restore()
 
 
 def _advised(original: Callable[..., Any]) -> Callable[..., Any]:

@@ -21,10 +21,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from rosslt_auto.provenance import refresh
+from rosslt_auto.provenance.joinpoints import JoinPoints
 from rosslt_auto.provenance.locations import Source, SourceChangeRefused
 from rosslt_auto.provenance.values import leaf, untracked
-
-from .joinpoints import JoinPoints
 
 _KINDS = {
     Parameter.Type.DOUBLE: "float",

@@ -17,8 +17,8 @@ from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 
+from ..provenance.joinpoints import JoinPoints
 from . import fields, sequences
-from .joinpoints import JoinPoints
 
 INFRASTRUCTURE = frozenset({"/rosout", "/parameter_events", "/clock", "/rosslt/source_change"})
 """Topics that the client library itself serves."""
@@ -64,7 +64,7 @@ class WovenHandles:
         self._users.add(user)
         if not self._join_points:
             self._join_points.advise(Node, self._method, self._create_advice)
-            setattr(_rclpy, self._kind, self._handle)
+            self._join_points.replace(_rclpy, self._kind, lambda plain: self._handle)
             _installed.add(self._kind)
             sequences.install()
 
@@ -77,8 +77,6 @@ class WovenHandles:
         _installed.discard(self._kind)
         if not _installed:
             sequences.uninstall()
-        if getattr(_rclpy, self._kind) is self._handle:
-            setattr(_rclpy, self._kind, self._plain)
         for handle in list(self.connected):
             headers, handle.headers = handle.headers, None
             if headers is not None:

@@ -34,6 +34,7 @@ from rclpy.parameter_service import ParameterService
 
 from rosslt_auto.provenance import bindings, refresh
 from rosslt_auto.provenance.external import LocalSource
+from rosslt_auto.provenance.joinpoints import JoinPoints
 from rosslt_auto.provenance.locations import (
     Location,
     Source,
@@ -44,7 +45,6 @@ from rosslt_auto.provenance.locations import (
 from rosslt_auto.provenance.values import untracked
 
 from . import overrides
-from .joinpoints import JoinPoints
 
 PREFIX = overrides.PREFIX
 READ_ONLY = "read-only: the node was started with --read-only"

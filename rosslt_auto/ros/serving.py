@@ -28,8 +28,8 @@ from rclpy.executors import Executor
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 
 from ..provenance.frames import unseen
+from ..provenance.joinpoints import JoinPoints
 from . import changes, parameters
-from .joinpoints import JoinPoints
 
 GRACE = 0.15
 """Seconds that a change waits for the program's own thread."""

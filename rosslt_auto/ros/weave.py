@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from ..provenance.imported import AfterImport
+from ..provenance.joinpoints import JoinPoints
 from . import overrides
 
 ASPECTS = ("parameters", "declared", "changes", "serving", "publishing", "subscribing")
@@ -21,7 +21,7 @@ JOINED = "rclpy.node"
 """The module that imports everything that has join points."""
 
 _read_only = False
-_waiting: list[AfterImport] = []
+_points = JoinPoints()
 
 
 def prepare(arguments: Sequence[str], read_only: bool = False) -> None:
@@ -33,13 +33,13 @@ def prepare(arguments: Sequence[str], read_only: bool = False) -> None:
     global _read_only
     _read_only = read_only
     overrides.prepare(arguments)
-    if not _waiting:
-        _waiting.append(AfterImport(JOINED, _weave))
+    if not _points:
+        _points.when_imported(JOINED, _weave)
 
 
 def is_prepared() -> bool:
     """Whether the aspects are woven, or will be."""
-    return bool(_waiting)
+    return bool(_points)
 
 
 def _weave() -> None:
@@ -63,8 +63,7 @@ def install() -> None:
 
 def uninstall() -> None:
     """Takes all advice off, last first, and waits for rclpy no longer."""
-    while _waiting:
-        _waiting.pop().cancel()
+    _points.restore()
     for name in reversed(ASPECTS):
         aspect = sys.modules.get(f"{__package__}.{name}")
         if aspect is not None:
