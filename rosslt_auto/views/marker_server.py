@@ -5,9 +5,8 @@ that this answer is good for, then follows `<namespace>/update`, whose sequence 
 exactly one; a gap makes it start anew. What people do comes on `<namespace>/feedback`. Who drags a
 marker keeps it: feedback of another client is refused until a second after the last.
 
-It is used where the package interactive_markers is installed too. The server in there numbers and
-sends updates outside its lock, so that two threads - drags come in one, messages in another - can
-send a number twice or in the wrong order; and it refuses all feedback in a marker's first second.
+Where the package interactive_markers is installed, `packaged_server` puts the server in there to
+work instead; `server_for` chooses.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 from rclpy.duration import Duration
 from rclpy.qos import QoSProfile
@@ -31,6 +30,31 @@ EXCLUSIVE = 1.0
 """Seconds after its last feedback that a marker belongs to a client."""
 
 _DEPTH = 100
+
+
+class Markers(Protocol):
+    """Interactive markers by name. Changes are collected, and sent together by `apply`."""
+
+    def insert(self, marker: InteractiveMarker) -> None: ...
+
+    def move(self, name: str, pose: Any) -> None: ...
+
+    def erase(self, name: str) -> None: ...
+
+    def apply(self) -> None: ...
+
+    def close(self) -> None: ...
+
+
+def server_for(
+    node: Any, namespace: str, feedback: Callable[[InteractiveMarkerFeedback], None]
+) -> Markers:
+    """A server: that of the package interactive_markers if there is one, else our own."""
+    try:
+        from .packaged_server import PackagedServer
+    except ImportError:
+        return MarkerServer(node, namespace, feedback)
+    return PackagedServer(node, namespace, feedback)
 
 
 class MarkerServer:

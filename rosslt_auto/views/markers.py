@@ -20,7 +20,7 @@ from visualization_msgs.msg import (
 from .dragging import Dragger
 from .geometry import UNTURNED, Quaternion, about, product, unit
 from .handles import Grip, Handle, Targets
-from .marker_server import MarkerServer
+from .marker_server import server_for
 from .session import Session
 
 DEFAULT_NAMESPACE = "/rosslt"
@@ -51,7 +51,7 @@ class HandleMarkers:
         self._waiting: dict[str, float] = {}
         self._poses: dict[str, tuple[Any, Any]] = {}
         self._lock = threading.RLock()
-        self._server = MarkerServer(node, namespace, self._on_feedback)
+        self._server = server_for(node, namespace, self._on_feedback)
 
     def close(self) -> None:
         """Removes the markers."""
@@ -118,7 +118,8 @@ class HandleMarkers:
         dragger = self._draggers.get(handle.key)
         if dragger is None:
             dragger = self._session.grab(handle)
-            if dragger is None:
+            if dragger is None:  # somebody else holds it: it stays where it is
+                self._echo(handle.key, _pose(*self._poses[handle.key]))
                 return
             self._draggers[handle.key] = dragger
             self._grips[handle.key] = Grip(handle, self._poses[handle.key][0])

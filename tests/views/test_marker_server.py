@@ -1,9 +1,17 @@
-"""The interactive marker protocol, with a client that takes it at its word."""
+"""The interactive marker protocol, with a client that takes it at its word.
 
+Of our own server, and where the package interactive_markers is installed, of the one in there.
+"""
+
+import threading
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from geometry_msgs.msg import Point, Pose
+from rclpy.clock import ClockType
+from rclpy.parameter import Parameter
+from rclpy.time import Time
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerFeedback
 
 from rosslt_auto.views.marker_server import MarkerServer
@@ -12,33 +20,52 @@ from support.marker_client import StrictClient
 from support.observer import Observer
 from support.waiting import wait_until
 
+try:
+    from rosslt_auto.views.packaged_server import PackagedServer
+except ImportError:
+    SERVERS: list[Any] = [MarkerServer]
+else:
+    SERVERS = [MarkerServer, PackagedServer]
+
 POSE_UPDATE = InteractiveMarkerFeedback.POSE_UPDATE
 
 
 class Served:
     """A server, and clients in other participants."""
 
-    def __init__(self, server: Observer, first: Observer, second: Observer) -> None:
-        self.now = 0.0
+    def __init__(self, kind: Any, server: Observer, first: Observer, second: Observer) -> None:
+        self._now = 0.0
+        self._node = server.node
         self.heard: list[InteractiveMarkerFeedback] = []
-        self.server = MarkerServer(server.node, "/ns", self.heard.append, lambda: self.now)
+        if kind is MarkerServer:
+            self.server = MarkerServer(server.node, "/ns", self.heard.append, lambda: self._now)
+        else:  # it goes by the node's clock
+            server.node.set_parameters([Parameter("use_sim_time", value=True)])
+            self.wait(1.0)
+            self.server = kind(server.node, "/ns", self.heard.append)
         self.first = StrictClient(first, "/ns", "first")
         self.second = StrictClient(second, "/ns", "second")
+
+    def wait(self, seconds: float) -> None:
+        """Time passes for the server."""
+        self._now += seconds
+        now = Time(seconds=self._now, clock_type=ClockType.ROS_TIME)
+        self._node.get_clock().set_ros_time_override(now)
 
     def hears(self, count: int) -> InteractiveMarkerFeedback:
         wait_until(lambda: len(self.heard) >= count, f"{count} feedback messages")
         return self.heard[count - 1]
 
 
-@pytest.fixture
-def served() -> Iterator[Served]:
+@pytest.fixture(params=SERVERS)
+def served(request: pytest.FixtureRequest) -> Iterator[Served]:
     with (
         reserved_domain() as domain,
         Observer(domain, "server") as server,
         Observer(domain, "first") as first,
         Observer(domain, "second") as second,
     ):
-        yield Served(server, first, second)
+        yield Served(request.param, server, first, second)
 
 
 def pose(x: float) -> Pose:
@@ -99,15 +126,16 @@ def test_feedback_of_a_second_client_is_refused_for_a_second(served: Served) -> 
     server.apply()
     first.connect()
     second.connect()
+    served.wait(1.1)  # the package refuses everything in a marker's first second
     first.feedback("a", POSE_UPDATE, pose(1.0))
     assert served.hears(1).client_id == "first"
-    served.now += 0.9
+    served.wait(0.9)
     second.feedback("a", POSE_UPDATE, pose(2.0))  # refused
     second.feedback("b", POSE_UPDATE, pose(3.0))  # another marker
     assert served.hears(2).marker_name == "b"
     first.feedback("a", POSE_UPDATE, pose(4.0))  # keeps it
     assert served.hears(3).pose.position.x == 4.0
-    served.now += 1.1
+    served.wait(1.1)
     second.feedback("a", POSE_UPDATE, pose(5.0))
     assert served.hears(4).client_id == "second"
 
@@ -116,6 +144,7 @@ def test_feedback_for_markers_that_are_not_there_is_ignored(served: Served) -> N
     served.server.insert(InteractiveMarker(name="a"))
     served.server.apply()
     served.first.connect()
+    served.wait(1.1)
     served.first.feedback("b", POSE_UPDATE, pose(1.0))
     served.first.feedback("a", POSE_UPDATE, pose(2.0))
     assert served.hears(1).marker_name == "a"
@@ -128,3 +157,27 @@ def test_closing_erases(served: Served) -> None:
     served.server.close()
     wait_until(lambda: not served.first.markers, "a is erased")
     assert served.first.mistakes == []
+
+
+def test_updates_of_several_threads_are_in_order(served: Served) -> None:
+    """Drags come in one, messages in another."""
+    server, client = served.server, served.first
+    names = [f"marker {i}" for i in range(4)]
+    for name in names:
+        server.insert(InteractiveMarker(name=name))
+    server.apply()
+    client.connect()
+
+    def move(name: str) -> None:
+        for i in range(20):
+            server.move(name, pose(float(i)))
+            server.apply()
+
+    threads = [threading.Thread(target=move, args=(name,)) for name in names]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for name in names:
+        wait_until(lambda name=name: client.position(name) == (19.0, 0.0, 0.0), "the last pose")
+    assert client.mistakes == []
