@@ -19,19 +19,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import viser
 
-from rosslt_auto.provenance.expressions import leaves, sources
-from rosslt_auto.provenance.inversion import POLICIES
-from rosslt_auto.provenance.locations import Source, source_of
-from rosslt_auto.provenance.texts import text
-from rosslt_auto.provenance.values import untracked
-
 from . import panel
-from .dragging import Choice, Dragger, Refused, solve
+from .dragging import Dragger
 from .drawing import Drawing, linear, node_name
 from .geometry import Quaternion, Vector
 from .gizmos import Gizmos
 from .handles import Grip, Handle
-from .listing import Literal
+from .origin import Origin
 from .scene import Item
 from .session import Session
 from .shapes import AXES, LINE_LIST, LINE_STRIP, OF_POINTS
@@ -57,7 +51,6 @@ CAMERA = Camera((2.6, -5.2, 4.2), (0.6, 1.2, 1.3), 0.85)
 
 _ORANGE = (255, 120, 20)
 _MAX_GIZMOS = 40
-_AUTOMATIC = "automatic"
 
 
 class CannotServe(Exception):
@@ -84,7 +77,6 @@ class Page:
         self._point_nodes: dict[str, Any] = {}
         self._noted: dict[str, float] = {}
         self._selected: str | None = None
-        self._offered: str | None = None
         self._code_shown: tuple[Any, ...] = ()
         self._problem = self._done = ""
         self._build()
@@ -114,7 +106,8 @@ class Page:
                     self._draw_code()
                 if began >= origin_at:
                     origin_at = began + _ORIGIN
-                    self._draw_origin()
+                    key = self._selected or ""
+                    self._origin.draw(key, self._handles.get(key))
             self._server.flush()
             ended.wait(max(0.005, began + _FRAME - time.monotonic()))
 
@@ -144,14 +137,9 @@ class Page:
         window.dock_above(gui.main_panel)
         self._undo = gui.add_button("Undo", disabled=True)
         self._save = gui.add_button("Save …", disabled=True)
-        self._policy = gui.add_dropdown("Policy", tuple(POLICIES), initial_value="left")
-        self._source = gui.add_dropdown("Change", (_AUTOMATIC,), visible=False)
-        self._origin = gui.add_html("")
-        self._policy.on_update(self._policy_chosen)
-        self._source.on_update(self._source_chosen)
+        self._origin = Origin(gui, self._session)
         self._undo.on_click(self._undo_last)
         self._save.on_click(self._offer_to_save)
-        self._options: dict[str, list[tuple[str, str]]] = {}
 
     def _tell(self, problem: str) -> None:
         self._problem = problem and f"⚠ {problem}"
@@ -282,90 +270,7 @@ class Page:
         if problem and self._message.content != _quoted(problem):
             self._message.content = _quoted(problem)
 
-    def _draw_origin(self) -> None:
-        handle = self._handles.get(self._selected or "")
-        item = self._session.scene.get(handle.item if handle else self._selected or "")
-        if item is None:
-            content = panel.origin("Click something to see where it comes from.", [])
-            options: list[tuple[str, str, str]] = []
-        else:
-            paths = handle.paths() if handle else _paths_of(item)
-            paths = [path for path in paths if path in item.tracked.fields]
-            self._session.note_sources(item, paths)
-            rows = [self._origin_row(item, path) for path in paths]
-            title = f"{item.topic}  {handle.spot.path if handle else item.root}"
-            content = panel.origin(title if rows else f"{title}: no provenance", rows)
-            options = [
-                (path, source.parameter, f"{path.rpartition('.')[2]}: {_name(source)}")
-                for path in (handle.paths() if handle else [])
-                if path in item.tracked.fields
-                for source in sources(item.tracked.fields[path])
-            ]
-        if self._origin.content != content:
-            self._origin.content = content
-        self._offer_sources(options)
-
-    def _offer_sources(self, options: list[tuple[str, str, str]]) -> None:
-        labels = (_AUTOMATIC, *dict.fromkeys(label for _, _, label in options))
-        ways: dict[str, list[tuple[str, str]]] = {}
-        for path, parameter, label in options:
-            ways.setdefault(label, []).append((path, parameter))
-        self._options = ways
-        if self._source.visible != bool(options):
-            self._source.visible = bool(options)
-        if tuple(self._source.options) != labels or self._offered != self._selected:
-            self._offered = self._selected
-            self._source.options = labels
-            self._source.value = self._chosen_label()
-
-    def _chosen_label(self) -> str:
-        """What the dropdown has to say, which viser sets back with new options."""
-        chosen = self._session.choice.sources.items()
-        found = (label for label, ways in self._options.items() if chosen & set(ways))
-        return next(found, _AUTOMATIC)
-
-    def _origin_row(
-        self, item: Item, path: str
-    ) -> tuple[str, Any, str, list[tuple[Literal, bool]]]:
-        value = item.tracked.fields[path]
-        now = {source_of(leaf): untracked(leaf) for leaf in leaves(value)}
-        will = self._will_change(item, path)
-        literals = []
-        for source in sources(value):
-            known = self._session.listing.get(source) or Literal(
-                source.node or "", source.parameter, source.file, source.line, source.column,
-                source.text or "", None, now[source],
-            )  # fmt: skip
-            literals.append((known, source in will))
-        return path, untracked(value), text(value), literals
-
-    def _will_change(self, item: Item, path: str) -> set[Source]:
-        value = untracked(item.tracked.fields[path])
-        if type(value) is not float:
-            return set()
-        try:
-            found = solve(item.tracked, {path: value + 0.01}, self._session.choice)
-        except Refused:
-            return set()
-        return {one.source for one in found}
-
     # What people do
-
-    def _policy_chosen(self, event: Any) -> None:
-        self._session.choice = Choice(self._policy.value, self._session.choice.sources)
-
-    def _source_chosen(self, event: Any) -> None:
-        if event.client is None:  # not by somebody, but by `_offer_sources`
-            return
-        chosen = self._source.value
-        kept = dict(self._session.choice.sources)
-        handle = self._handles.get(self._selected or "")
-        if chosen == _AUTOMATIC:
-            for path in handle.paths() if handle else []:
-                kept.pop(path, None)
-        for path, parameter in self._options.get(chosen, []):
-            kept[path] = parameter
-        self._session.choice = Choice(self._session.choice.policy, kept)
 
     def grabbed(self, handle: Handle, position: Vector) -> bool:
         dragger = self._session.grab(handle)
@@ -427,10 +332,6 @@ def _quoted(problem: str) -> str:
     return "".join(f"\\{c}" if c in "\\`*_{}[]<>()#+-.!|" else c for c in problem)
 
 
-def _name(source: Source) -> str:
-    return f"{source.hint} ({source.node})" if source.node else source.hint
-
-
 def _size(item: Item) -> float:
     """How large the gizmo of an item is drawn."""
     shape = item.picture.shapes[0]
@@ -453,8 +354,3 @@ def _ball() -> Iterator[Any]:
     ball = trimesh.creation.icosphere(subdivisions=2, radius=0.5)
     yield ball.vertices
     yield ball.faces
-
-
-def _paths_of(item: Item) -> list[str]:
-    prefix = f"{item.root}." if item.root else ""
-    return [path for path in item.tracked.fields if path.startswith(prefix)][:30]

@@ -19,7 +19,8 @@ from rosslt_auto.provenance.locations import Source, SourceChangeRefused, source
 from rosslt_auto.provenance.values import untracked
 
 from .handles import Targets
-from .scene import Tracked
+from .scene import Item, Tracked
+from .shapes import joined
 
 INTERVAL = 0.02
 """Seconds between two changes of a drag; what is dragged in between is passed over."""
@@ -36,14 +37,45 @@ class Changed:
 
 @dataclass
 class Choice:
-    """How sources are chosen.
+    """How sources are chosen for the fields of one message.
 
     policy   see `provenance.inversion.invert_many`
-    sources  by path: the parameter that is to be changed for that field
+    sources  by path: the source that is to be changed for that field
     """
 
     policy: str = "left"
-    sources: dict[str, str] = field(default_factory=dict)
+    sources: dict[str, Source] = field(default_factory=dict)
+
+
+class Choices:
+    """What people have chosen: one policy for all, sources for fields of single items.
+
+    A field is known by its item (topic, for markers namespace and id too) and its path in there:
+    where in its message a marker stands may change.
+    """
+
+    def __init__(self) -> None:
+        self.policy = "left"
+        self._sources: dict[tuple[str, str], Source] = {}
+
+    def of(self, item: Item) -> Choice:
+        """The choice for a drag of this item."""
+        return Choice(
+            self.policy,
+            {
+                joined(item.root, path): source
+                for (key, path), source in list(self._sources.items())
+                if key == item.key
+            },
+        )
+
+    def choose(self, item: Item, path: str, source: Source | None) -> None:
+        """The source for a field of an item, by its path in the message; None: the policy's."""
+        field_of_item = (item.key, path.removeprefix(f"{item.root}."))
+        if source is None:
+            self._sources.pop(field_of_item, None)
+        else:
+            self._sources[field_of_item] = source
 
 
 class Refused(Exception):
@@ -75,8 +107,8 @@ def _solution(tracked: Tracked, targets: Targets, choice: Choice) -> dict[Source
         value = tracked.fields.get(path)
         if value is None or reached(untracked(value), target):
             continue
-        parameter = choice.sources.get(path)
-        source = next((s for s in sources(value) if s.parameter == parameter), None)
+        chosen = choice.sources.get(path)
+        source = next((s for s in sources(value) if s == chosen), None)
         if source is None:
             open_targets.append((value, target))
         elif source not in changes:
@@ -138,7 +170,7 @@ class Drag:
             if value is None:
                 return False
             kept = self._choice.sources.get(path)
-            if kept is not None and all(s.parameter != kept for s in sources(value)):
+            if kept is not None and kept not in sources(value):
                 return False
         return True
 
@@ -152,7 +184,7 @@ class Drag:
                 continue
             source = next((s for s in sources(value) if s in changed), None)
             if source is not None:
-                self._choice.sources[path] = source.parameter
+                self._choice.sources[path] = source
 
 
 class Dragger:

@@ -20,7 +20,7 @@ from rosslt_auto.ros.observer import CannotObserve, Observer, TopicSubscription,
 from rosslt_auto.ros.saving import given_by
 
 from . import shapes
-from .dragging import Changed, Choice, Drag, Dragger
+from .dragging import Changed, Choices, Drag, Dragger
 from .frames import Frames
 from .handles import Handle, Handles
 from .listing import Listing, Literal
@@ -52,7 +52,7 @@ class Session:
     frames  where frames stand; without it all are one fixed frame, and who shows them knows better
 
     scene, handles, listing   what is shown, what can be dragged, the literals behind it
-    choice                    how sources are chosen
+    choices                   how sources are chosen
     messages                  called with text for people, "" when it is over
     """
 
@@ -70,7 +70,7 @@ class Session:
         self.scene = Scene() if frames is None else Scene(place=frames.place)
         self.listing = Listing()
         self.handles = Handles(lambda source: not self.listing.frozen(source))
-        self.choice = Choice()
+        self.choices = Choices()
         self.messages: list[Callable[[str], None]] = []
         self.topics: dict[str, str] = {}
         self._subscriptions: dict[str, TopicSubscription] = {}
@@ -171,7 +171,7 @@ class Session:
             if item is None or handle.key in self._drags:
                 return None
             dragger = Dragger(
-                Drag(item.tracked, self.choice),
+                Drag(item.tracked, self.choices.of(item)),
                 partial(self._latest, handle.item),
                 self._apply,
                 self.say,

@@ -7,8 +7,11 @@ from typing import Any
 
 import pytest
 
-from rosslt_auto.views.dragging import Changed, Choice, Drag, Dragger, Refused, solve
-from support.tracked import tracked
+from rosslt_auto.provenance import Source
+from rosslt_auto.provenance.values import leaf
+from rosslt_auto.views.dragging import Changed, Choice, Choices, Drag, Dragger, Refused, solve
+from rosslt_auto.views.scene import Item
+from support.tracked import sources_by_name, tracked
 
 
 @dataclass
@@ -34,8 +37,40 @@ def test_what_is_there_already_changes_nothing() -> None:
 
 def test_a_chosen_source_is_changed() -> None:
     message = Message({"x": tracked(1.0, "a") + tracked(2.0, "b")})
+    chosen = sources_by_name(message.fields["x"])["b"]
     assert news(solve(message, {"x": 5.0}, Choice())) == {"a": 3.0}
-    assert news(solve(message, {"x": 5.0}, Choice(sources={"x": "b"}))) == {"b": 4.0}
+    assert news(solve(message, {"x": 5.0}, Choice(sources={"x": chosen}))) == {"b": 4.0}
+
+
+def of_node(node: str, value: float) -> Any:
+    return leaf(Source(node, "count", "float"), value)
+
+
+def test_a_source_of_the_same_name_in_another_node_is_another() -> None:
+    value = of_node("/a", 1.0) + of_node("/b", 2.0)
+    chosen = Source("/b", "count", "float")
+    [change] = solve(Message({"x": value}), {"x": 5.0}, Choice(sources={"x": chosen}))
+    assert (change.source, change.new) == (chosen, 4.0)
+
+
+A, B = Source("/n", "a", "float"), Source("/n", "b", "float")
+
+
+def test_a_choice_is_for_one_item() -> None:
+    def item(key: str, root: str = "") -> Item:
+        return Item(key, "/markers", root, Message())
+
+    choices = Choices()
+    choices.policy = "least-change"
+    choices.choose(item("/markers/a/1"), "pose.position.x", A)
+    choices.choose(item("/markers/b/1", "markers[2]"), "markers[2].pose.position.x", B)
+    assert choices.of(item("/markers/a/2")) == Choice("least-change")
+    assert choices.of(item("/markers/a/1")).sources == {"pose.position.x": A}
+    # In the next message of the array the marker may have another place.
+    moved = item("/markers/b/1", "markers[0]")
+    assert choices.of(moved) == Choice("least-change", {"markers[0].pose.position.x": B})
+    choices.choose(moved, "markers[0].pose.position.x", None)
+    assert choices.of(moved).sources == {}
 
 
 def test_least_change_moves_several() -> None:
