@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 
 from ..provenance.array_names import CALLS as ARRAY_CALLS
+from . import math_calls
 from .calls import CALL, CALL_1, CALL_2, CALL_ITEMS
 from .executed import CALL_EXECUTE
 from .file_calls import CALL_FILE, FILE_CALLS
@@ -24,22 +25,10 @@ FILE_MODULES = frozenset({"json", "yaml"})
 MATH_MODULES = frozenset({"math", "statistics"})
 """Modules whose functions are tracked by these names."""
 
-_OVER_ITEMS = frozenset({"fsum", "sum"})
-_OVER_ITERABLES = frozenset({"dist", "fsum", "sum", "sumprod"})
-MATH_CALLS = STATISTICS_CALLS | frozenset(
-    {
-        "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "comb", "copysign",
-        "cos", "cosh", "degrees", "dist", "erf", "erfc", "exp", "exp2", "expm1", "fabs",
-        "factorial", "fmod", "frexp", "fsum", "gamma", "gcd", "hypot", "isqrt", "lcm", "ldexp",
-        "lgamma", "log", "log10", "log1p", "log2", "modf", "nextafter", "perm", "pow",
-        "radians", "remainder", "sin", "sinh", "sqrt", "sumprod", "tan", "tanh", "ulp",
-    }
-)  # fmt: skip
-"""Functions that would drop provenance, or that compute otherwise with subclasses.
+MATH_CALLS = math_calls.NAMES | STATISTICS_CALLS
 
-Not floor, ceil, trunc and prod, which ask the operand's own methods; nor those with truth values
-as results, which take a tracked number like a plain one.
-"""
+_OVER_ITEMS = frozenset({"fsum", "sum"})
+_OVER_ITERABLES = frozenset({"sum", *math_calls.OVER_ITERABLES})
 
 EXECUTION_CALLS = frozenset({"exec", "eval"})
 """Builtins that execute what may be a text."""

@@ -81,6 +81,18 @@ _ARITIES: dict[str, tuple[int, ...] | None] = {
 
 _PAIRS = {"modf": ("modf_fraction", "modf_whole"), "frexp": ("frexp_mantissa", "frexp_exponent")}
 
+OVER_ITERABLES: dict[str, tuple[int, Function]] = {
+    "fsum": (1, _fsum), "dist": (2, _dist), "sumprod": (2, _sumprod)
+}  # fmt: skip
+"""Functions over the items of their arguments: how many these are, and the tracked version."""
+
+NAMES = frozenset({*_ARITIES, *_PAIRS, *OVER_ITERABLES})
+"""Functions that would drop provenance, or that compute otherwise with subclasses.
+
+Not floor, ceil, trunc and prod, which ask the operand's own methods; nor those with truth values
+as results, which take a tracked number like a plain one.
+"""
+
 ONE: dict[Function, Function] = {}
 TWO: dict[Function, Function] = {}
 ITEMS: dict[Function, Function] = {math.fsum: _fsum}
@@ -101,11 +113,10 @@ def _fill_tables() -> None:
         plain = getattr(math, name)
         ONE[plain] = _pair(plain, OPERATORS[first], OPERATORS[second])
         ANY[plain] = exactly(1, ONE[plain], plain)
-    ANY[math.fsum] = exactly(1, _fsum, math.fsum)
-    ANY[math.dist] = exactly(2, _dist, math.dist)
-    sumprod = getattr(math, "sumprod", None)  # new in 3.12
-    if sumprod is not None:
-        ANY[sumprod] = exactly(2, _sumprod, sumprod)
+    for name, (count, tracked) in OVER_ITERABLES.items():
+        plain = getattr(math, name, None)
+        if plain is not None:  # sumprod is new in 3.12
+            ANY[plain] = exactly(count, tracked, plain)
 
 
 _fill_tables()
