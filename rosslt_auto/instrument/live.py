@@ -25,7 +25,7 @@ from .reachable import (
     functions_of_class,
     functions_of_module,
 )
-from .rewoven import Rewoven, compiler_of, forget, rewoven
+from .rewoven import Rewoven, forget, rewoven
 
 
 def instrument(thing: Any, caller: str | None = None) -> None:
@@ -163,7 +163,6 @@ def _plain_codes(module: str, path: str, known: Literals | None) -> dict[CodeTyp
     try:
         if known is None or known.source is None:
             return rewoven(module, path).plain
-        loader = getattr(sys.modules.get(module), "__loader__", None)
-        return Rewoven(module, path, known.source, compiler_of(loader)).plain
+        return Rewoven(module, path, known.source).plain
     except (NotParsed, NotInstrumented):
         return {}

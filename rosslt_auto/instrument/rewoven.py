@@ -19,8 +19,6 @@ from .errors import NotInstrumented
 from .evaluated import Evaluated
 from .weaving import entry_of, rewritten_tree
 
-Compiler = Callable[[Any, str], CodeType]
-
 _KEPT = 8
 
 _files: dict[tuple[str, str], tuple[Any, Rewoven]] = {}
@@ -36,8 +34,9 @@ class Rewoven:
     plain      plain code by rewritten code
     """
 
-    def __init__(self, module: str, path: str, source: bytes, compiler: Compiler) -> None:
+    def __init__(self, module: str, path: str, source: bytes) -> None:
         self.tree, self.table, found = rewritten_tree(module, path, source)
+        compiler = _compiler(_loader(module))
         plain, code = compiler(source, path), compiler(self.tree, path)
         self.rewritten: dict[CodeType, CodeType] = {}
         for old, new in _pairs(plain, code):
@@ -56,13 +55,12 @@ def rewoven(module: str, path: str) -> Rewoven:
 
     Raises NotParsed or NotInstrumented.
     """
-    loader = getattr(sys.modules.get(module), "__loader__", None)
     version = _version(path)
     known = _files.get((module, path))
     if known is not None and known[0] == version:
         return known[1]
-    source = _content(loader, path)
-    made = Rewoven(module, path, source, compiler_of(loader))
+    source = _content(_loader(module), path)
+    made = Rewoven(module, path, source)
     tables.publish(made.entry, source)
     for warning in made.entry.warnings:
         hook.warn_once(warning, warning)
@@ -95,7 +93,11 @@ def _content(loader: Any, path: str) -> bytes:
         raise NotInstrumented(error.strerror or error) from None
 
 
-def compiler_of(loader: Any) -> Compiler:
+def _loader(module: str) -> Any:
+    return getattr(sys.modules.get(module), "__loader__", None)
+
+
+def _compiler(loader: Any) -> Callable[[Any, str], CodeType]:
     own = getattr(loader, "source_to_code", None)
     return _compile if own is None or hook.compiles_plainly(type(loader)) else own
 
