@@ -105,11 +105,11 @@ def instrumented_code(
 
 def _weave(module: str, *args: Any) -> cache.Entry:
     """`weaving.weave`. It takes long to import, and is not needed with a warm cache."""
-    _importing.add(get_ident())
     try:
-        from .weaving import weave
+        with _importing:
+            from .weaving import weave
 
-        return weave(module, *args)
+            return weave(module, *args)
     except (ImportError, AttributeError, NotInstrumented) as error:
         cause = error.__cause__ if isinstance(error, NotInstrumented) else error
         if (
@@ -118,12 +118,28 @@ def _weave(module: str, *args: Any) -> cache.Entry:
         ):
             raise NotNow from error
         raise
-    finally:
-        _importing.discard(get_ident())
 
 
-_importing: set[int] = set()
-"""Threads that import what weaving needs itself: the standard library may be selected, too."""
+class _Importing:
+    """Threads that import what weaving needs itself: the standard library may be selected, too."""
+
+    def __init__(self) -> None:
+        self._threads: set[int] = set()
+
+    def __bool__(self) -> bool:
+        """Whether this thread is one."""
+        return get_ident() in self._threads
+
+    @unseen
+    def __enter__(self) -> None:
+        self._threads.add(get_ident())
+
+    @unseen
+    def __exit__(self, *_: object) -> None:
+        self._threads.discard(get_ident())
+
+
+_importing = _Importing()
 
 
 def instrumented_or_none(module: str, path: str, source: bytes, **how: Any) -> CodeType | None:
@@ -174,17 +190,12 @@ def _rewritten(code: Any, loader: Any, fullname: str | None = None) -> Any:
     try:
         name = fullname if fullname is not None else loader.name
         path = loader.get_filename(name)
-        if not path.endswith(BYTECODE_SUFFIXES[0]) or not selects(name, path):
+        if not path.endswith(BYTECODE_SUFFIXES[0]) or not selects(name, path) or _importing:
             return code
-        if get_ident() in _importing:
-            return code
-        _importing.add(get_ident())
-        try:
+        with _importing:
             from .code_objects import instrumented_or_same
 
             return instrumented_or_same(code, name)
-        finally:
-            _importing.discard(get_ident())
     except Exception:
         return code
 
@@ -194,11 +205,7 @@ def _advice(loader: Any, fullname: str | None = None) -> CodeType | None:
     try:
         name = fullname if fullname is not None else loader.name
         path = loader.get_filename(name)
-        if not selects(name, path):
-            return None
-        if get_ident() in _importing:
-            return None
-        if path.endswith(BYTECODE_SUFFIXES[0]):
+        if not selects(name, path) or _importing or path.endswith(BYTECODE_SUFFIXES[0]):
             return None
         source = loader.get_data(path)
         if isinstance(loader, zipimport.zipimporter):
