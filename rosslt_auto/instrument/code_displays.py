@@ -40,21 +40,16 @@ def _build_const_key_map(reader: Any, instr: Any) -> None:
 
 def _append(reader: Any, instr: Any) -> None:
     element = reader.pop()
-    display = reader.peek(instr.arg)
-    if isinstance(display, (ast.List, ast.Set)):
+    display = _display(reader, instr, _SEQUENCES, element)
+    if display is not None:
         display.elts.append(element)
-        display.made_by = instr
-    else:
-        reader.loose(element)
 
 
 def _extend(reader: Any, instr: Any) -> None:
     more = reader.pop()
-    display = reader.peek(instr.arg)
-    if not isinstance(display, (ast.List, ast.Set)):
-        reader.loose(more)
+    display = _display(reader, instr, _SEQUENCES, more)
+    if display is None:
         return
-    display.made_by = instr
     if isinstance(more, ast.Tuple) and more.start is more.made_by:  # a constant
         display.elts += more.elts
     else:
@@ -63,24 +58,31 @@ def _extend(reader: Any, instr: Any) -> None:
 
 def _map_add(reader: Any, instr: Any) -> None:
     key, value = reader.pop_many(2)
-    display = reader.peek(instr.arg)
-    if isinstance(display, ast.Dict):
+    display = _display(reader, instr, ast.Dict, key, value)
+    if display is not None:
         display.keys.append(key)
         display.values.append(value)
-        display.made_by = instr
-    else:
-        reader.loose(key, value)
 
 
 def _map_update(reader: Any, instr: Any) -> None:
     more = reader.pop()
-    display = reader.peek(instr.arg)
-    if isinstance(display, ast.Dict):
+    display = _display(reader, instr, ast.Dict, more)
+    if display is not None:
         display.keys.append(None)
         display.values.append(more)
+
+
+_SEQUENCES = (ast.List, ast.Set)
+
+
+def _display(reader: Any, instr: Any, kind: Any, *more: Any) -> Any:
+    """The display that lies there to take more; None if it is something else, `more` loose then."""
+    display = reader.peek(instr.arg)
+    if isinstance(display, kind):
         display.made_by = instr
-    else:
-        reader.loose(more)
+        return display
+    reader.loose(*more)
+    return None
 
 
 def to_tuple(reader: Any, instr: Any) -> None:
