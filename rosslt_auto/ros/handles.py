@@ -17,6 +17,7 @@ from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 
+from ..provenance.frames import unseen
 from ..provenance.joinpoints import JoinPoints
 from . import fields, sequences
 
@@ -78,9 +79,7 @@ class WovenHandles:
         if not _installed:
             sequences.uninstall()
         for handle in list(self.connected):
-            headers, handle.headers = handle.headers, None
-            if headers is not None:
-                headers.destroy()
+            disconnect(handle)
 
     def _create_advice(self, wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
         entity = wrapped(*args, **kwargs)
@@ -99,6 +98,14 @@ class WovenHandles:
             sequences.weave(entity.msg_type)  # if it was not imported as others are
             handle.headers = self._connect(node, entity, topic)
             self.connected.add(handle)
+
+
+@unseen  # errors pass through as if we were not there
+def disconnect(handle: Any) -> None:
+    """Ends the headers of an entity, if it has any: it is plain from now on."""
+    headers, handle.headers = handle.headers, None
+    if headers is not None:
+        headers.destroy()
 
 
 def has_headers(message_type: type, topic: str) -> bool:
@@ -129,4 +136,4 @@ def header_qos(qos: QoSProfile) -> QoSProfile:
     )
 
 
-__all__ = ["INFRASTRUCTURE", "WovenHandles", "has_headers", "header_qos"]
+__all__ = ["INFRASTRUCTURE", "WovenHandles", "disconnect", "has_headers", "header_qos"]

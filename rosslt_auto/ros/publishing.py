@@ -24,7 +24,7 @@ from ..provenance.locations import Source
 from ..provenance.values import is_tracked
 from . import fields, header, serving
 from .encoding import Encoder
-from .handles import WovenHandles, header_qos
+from .handles import WovenHandles, disconnect, header_qos
 
 _SHALLOW = 32
 _LOOK_AGAIN = 32  # messages
@@ -66,9 +66,7 @@ class _Handle(_plain_handle):
             headers.sequence += 1
 
     def destroy_when_not_in_use(self) -> None:
-        headers, self.headers = self.headers, None
-        if headers is not None:
-            headers.destroy()
+        disconnect(self)
         _destroy(self)
 
 

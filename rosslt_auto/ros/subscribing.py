@@ -24,7 +24,7 @@ from std_msgs.msg import UInt8MultiArray
 
 from ..provenance.frames import unseen_methods
 from . import fields, header
-from .handles import WovenHandles, header_qos
+from .handles import WovenHandles, disconnect, header_qos
 from .header import Header, HeaderError
 
 PATIENCE = 0.001
@@ -76,9 +76,7 @@ class _Handle(_plain_handle):
         return message, info
 
     def destroy_when_not_in_use(self) -> None:
-        headers, self.headers = self.headers, None
-        if headers is not None:
-            headers.destroy()
+        disconnect(self)
         _destroy(self)
 
 
