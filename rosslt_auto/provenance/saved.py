@@ -58,10 +58,9 @@ def _adopt(literals: Literals, after: str, edits: Sequence[LiteralEdit]) -> None
     if fingerprint(path, new.content) != after:
         raise NotSaved(f"{path}: the edits do not make what is said to be saved")
     try:
-        with open(path, "rb") as file:
-            written = file.read()
-    except OSError as error:
-        raise NotSaved(f"{path}: {error.strerror}") from None
+        written = source.now()
+    except NotWritten as error:
+        raise NotSaved(str(error)) from None
     if written != new.content:
         raise NotSaved(f"{path} does not have what is said to be saved")
     edited = {edit[:2]: edit for edit in edits}

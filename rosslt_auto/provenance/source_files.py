@@ -114,18 +114,23 @@ class SourceFile:
             )
         )
 
-    def verify(self) -> None:
-        """Raises NotWritten unless the file is what was loaded, and can be replaced."""
+    def now(self) -> bytes:
+        """What is in the file now. Raises NotWritten if it cannot be read."""
         path = os.path.realpath(self.path)
         try:
             if not stat.S_ISREG(os.stat(path).st_mode):
                 raise NotWritten(f"{self.path} is no regular file")
             with open(path, "rb") as file:
-                now = file.read()
+                return file.read()
         except OSError as error:
             raise NotWritten(f"{self.path}: {error.strerror}") from None
+
+    def verify(self) -> None:
+        """Raises NotWritten unless the file is what was loaded, and can be replaced."""
+        now = self.now()
         if now != self.content:
             raise NotWritten(f"{self.path} is not what was loaded: {self._differing(now)}")
+        path = os.path.realpath(self.path)
         if not (os.access(path, os.W_OK) and os.access(os.path.dirname(path), os.W_OK)):
             raise NotWritten(f"{self.path} cannot be written here")
 
