@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import functools
 import itertools
-import os
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
-from urllib.parse import unquote, urlparse
 
 import numpy as np
 import trimesh
 import viser
 
+from . import meshes
 from .geometry import Frame
 from .scene import Item
 from .shapes import (
@@ -88,6 +87,7 @@ class Drawing:
     def _draw(self, key: str, name: str, shape: Shape) -> Any:
         try:
             handle = _DRAW[shape.kind](self._server.scene, name, shape)
+            self.problems.pop(key, None)
         except Exception as reason:  # a mesh that is not there, for example
             self.problems[key] = str(reason)
             handle = _cube(self._server.scene, name, shape)
@@ -230,36 +230,14 @@ def _triangles(scene: Any, name: str, shape: Shape) -> Any:
 
 
 def _mesh(scene: Any, name: str, shape: Shape) -> Any:
-    mesh: Any = trimesh.load(mesh_path(shape.resource), force="mesh")
+    mesh = meshes.load(shape.resource, shape.data)
     mesh.apply_scale(_scale(shape))
-    if any(shape.colour[:3]):
-        return scene.add_mesh_simple(
-            name, np.asarray(mesh.vertices), np.asarray(mesh.faces), color=_rgb(shape.colour),
-            opacity=_opacity(shape),
-        )  # fmt: skip
-    return scene.add_mesh_trimesh(name, mesh)
-
-
-def mesh_path(resource: str) -> str:
-    """The file of a mesh's address, file:// or package://. Raises ValueError."""
-    address = urlparse(resource)
-    if address.scheme == "file":
-        path = unquote(address.path)
-    elif address.scheme == "package":
-        path = _in_package(address.netloc, unquote(address.path).lstrip("/"))
-    else:
-        raise ValueError(f"the mesh {resource!r} is neither file:// nor package://")
-    if not os.path.isfile(path):
-        raise ValueError(f"the mesh {resource} is not there")
-    return path
-
-
-def _in_package(package: str, path: str) -> str:
-    for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
-        found = os.path.join(prefix, "share", package, path)
-        if prefix and os.path.isfile(found):
-            return found
-    raise ValueError(f"no package {package} with {path} has been sourced")
+    if shape.embedded_materials:
+        return scene.add_mesh_trimesh(name, mesh)
+    return scene.add_mesh_simple(
+        name, np.asarray(mesh.vertices), np.asarray(mesh.faces), color=_rgb(shape.colour),
+        opacity=_opacity(shape),
+    )  # fmt: skip
 
 
 def _cube(scene: Any, name: str, shape: Shape) -> Any:

@@ -37,7 +37,9 @@ class Shape:
     frame    where it stands
     scale    as in Marker
     points   in `frame`; colours: none, or one for each point
-    text     of a text; resource: the mesh's address
+    text     of a text
+    resource, data      the mesh's address, and what the message carries, see `meshes.load`
+    embedded_materials  whether the mesh has colours of its own
     """
 
     kind: int
@@ -48,6 +50,8 @@ class Shape:
     colours: tuple[Colour, ...] = ()
     text: str = ""
     resource: str = ""
+    data: tuple[str, bytes] = ("", b"")
+    embedded_materials: bool = False
 
 
 class Unshown(ValueError):
@@ -120,6 +124,8 @@ def picture_of_marker(marker: Any, root: str = "") -> Picture:
         colours if len(colours) == len(points) else (),
         str(marker.text),
         str(marker.mesh_resource),
+        (str(marker.mesh_file.filename), bytes(marker.mesh_file.data)),
+        bool(marker.mesh_use_embedded_materials),
     )
     pose_path = joined(root, "pose")
     spots = [_pose_spot(pose, pose_path)]
