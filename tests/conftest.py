@@ -1,6 +1,8 @@
 """Fixtures of all tests."""
 
+import inspect
 import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -51,6 +53,20 @@ def _ros_logs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_LOG_DIR", str(folder))
         yield folder
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _nothing_stays_woven() -> Iterator[None]:
+    """Advice that the tests of a module leave in rclpy would meet those of other modules."""
+    yield
+    from rosslt_auto.ros import weave
+
+    assert not weave.is_prepared(), "rclpy is still waited for"
+    node = sys.modules.get("rclpy.node")
+    if node is not None:
+        made = [name for name in vars(node.Node) if name.startswith("create_")]
+        woven = [name for name in made if not inspect.isfunction(vars(node.Node)[name])]
+        assert not woven, f"still woven: {woven}"
 
 
 @pytest.fixture(scope="module")

@@ -23,6 +23,7 @@ from rosslt_auto.instrument import hook, live, rewoven
 from rosslt_auto.instrument.selection import Selection
 from rosslt_auto.provenance import provenance, untracked
 from rosslt_auto.provenance.values import is_tracked
+from rosslt_auto.ros import weave
 
 
 @pytest.fixture
@@ -40,6 +41,7 @@ def load(monkeypatch, tmp_path: Path) -> Iterator[Callable[[str], ModuleType]]:
 
     yield load
     sys.modules.pop("decorated", None)
+    weave.uninstall()
     live.restore()
 
 
