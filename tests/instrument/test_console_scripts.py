@@ -5,46 +5,31 @@ from importlib import metadata
 import pytest
 
 from rosslt_auto.instrument.console_scripts import wrapped_package
+from support.console_scripts import PIP, SETUP_PY
 
-PIP = """#!/usr/bin/python3
-# -*- coding: utf-8 -*-
-import re
-import sys
-from demo_nodes.topics.talker import main
-if __name__ == '__main__':
-    sys.argv[0] = re.sub(r'(-script\\.pyw|\\.exe)?$', '', sys.argv[0])
-    sys.exit(main())
-"""
-
-COLCON = """#!/usr/bin/python3
-# EASY-INSTALL-ENTRY-SCRIPT: '{0}','console_scripts','{1}'
-import re, sys
-__requires__ = '{0}'
-try:
-    from importlib.metadata import distribution
-except ImportError:
-    from pkg_resources import load_entry_point
-"""
+SCRIPT = PIP.format(module="demo_nodes.topics.talker")
 
 
 def test_pip() -> None:
-    assert wrapped_package(PIP.encode()) == "demo_nodes"
+    assert wrapped_package(SCRIPT.encode()) == "demo_nodes"
 
 
 def test_attribute_of_an_object() -> None:
-    text = PIP.replace("import main", "import App").replace("main()", "App.start()")
+    text = SCRIPT.replace("import main", "import App").replace("main()", "App.start()")
     assert wrapped_package(text.encode()) == "demo_nodes"
 
 
 def test_setup_py_install() -> None:
-    text = COLCON.format(f"hypothesis=={metadata.version('hypothesis')}", "hypothesis")
+    text = SETUP_PY.format(
+        distribution=f"hypothesis=={metadata.version('hypothesis')}", name="hypothesis"
+    )
     assert wrapped_package(text.encode()) == "hypothesis"
 
 
 @pytest.mark.parametrize(
     "text",
     [
-        COLCON.format("nothing-of-this-name==1", "nothing"),
+        SETUP_PY.format(distribution="nothing-of-this-name==1", name="nothing"),
         "import sys\nfrom json import main\nif __name__ == '__main__':\n    sys.exit(main())",
         "from pkg import main\nx = 1\nif __name__ == '__main__':\n    main()",
         "from pkg import other\nif __name__ == '__main__':\n    main()",

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from support.console_scripts import PIP, SETUP_PY
 from support.modules import write_modules
 
 _ADDRESS = re.compile(r"0x[0-9a-f]{6,}")
@@ -164,49 +165,8 @@ def test_a_zip_application(both, tmp_path: Path) -> None:
     check(both("app.pyz"), tmp_path, "zipped")
 
 
-PIP_SCRIPT = """#!/usr/bin/python3
-# -*- coding: utf-8 -*-
-import re
-import sys
-from demo.app import main
-if __name__ == '__main__':
-    sys.argv[0] = re.sub(r'(-script\\.pyw|\\.exe)?$', '', sys.argv[0])
-    sys.exit(main())
-"""
-COLCON_SCRIPT = """#!/usr/bin/python3
-# EASY-INSTALL-ENTRY-SCRIPT: 'demo==0.1','console_scripts','talker'
-import re
-import sys
-
-# for compatibility with easy_install; see #2198
-__requires__ = 'demo==0.1'
-
-try:
-    from importlib.metadata import distribution
-except ImportError:
-    try:
-        from importlib_metadata import distribution
-    except ImportError:
-        from pkg_resources import load_entry_point
-
-
-def importlib_load_entry_point(spec, group, name):
-    dist_name, _, _ = spec.partition('==')
-    matches = (
-        entry_point
-        for entry_point in distribution(dist_name).entry_points
-        if entry_point.group == group and entry_point.name == name
-    )
-    return next(matches).load()
-
-
-globals().setdefault('load_entry_point', importlib_load_entry_point)
-
-
-if __name__ == '__main__':
-    sys.argv[0] = re.sub(r'(-script\\.pyw?|\\.exe)?$', '', sys.argv[0])
-    sys.exit(load_entry_point('demo==0.1', 'console_scripts', 'talker')())
-"""
+PIP_SCRIPT = PIP.format(module="demo.app")
+COLCON_SCRIPT = SETUP_PY.format(distribution="demo==0.1", name="talker")
 APP = """
 import sys
 from .gains import gain

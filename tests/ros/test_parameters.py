@@ -1,7 +1,6 @@
 """Locations as parameters of a node: for clients, for the program, and who owns them."""
 
 import os
-import threading
 from collections.abc import Iterator
 from typing import Any
 
@@ -9,7 +8,6 @@ import pytest
 import rclpy
 from rcl_interfaces.msg import ParameterEvent, ParameterType, SetParametersResult
 from rclpy.exceptions import ParameterImmutableException, ParameterNotDeclaredException
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -17,7 +15,7 @@ from rosslt_auto.provenance import is_tracked
 from rosslt_auto.ros import changes, declared, parameters
 from support.observer import Observer
 from support.waiting import wait_until
-from support.woven import Table, node_in
+from support.woven import Table, node_in, spinning
 
 
 @pytest.fixture(autouse=True)
@@ -32,14 +30,8 @@ def woven() -> Iterator[None]:
 @pytest.fixture
 def robot(woven: None, domain: int) -> Iterator[Node]:
     """A node that spins."""
-    with node_in(domain) as node:
-        executor = SingleThreadedExecutor(context=node.context)
-        executor.add_node(node)
-        thread = threading.Thread(target=executor.spin)
-        thread.start()
+    with node_in(domain) as node, spinning(node):
         yield node
-        executor.shutdown()
-        thread.join()
 
 
 @pytest.fixture

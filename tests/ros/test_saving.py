@@ -4,13 +4,11 @@ import ast
 import builtins
 import os
 import sys
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from rosslt_auto.instrument.hook import instrumented_code
@@ -19,7 +17,7 @@ from rosslt_auto.provenance.locations import Location, fingerprint
 from rosslt_auto.ros import changes, client, parameters, saving
 from rosslt_auto.ros.client import Place
 from rosslt_auto.ros.observer import Observer
-from support.woven import node_in
+from support.woven import node_in, spinning
 
 
 class Module:
@@ -468,14 +466,8 @@ def test_descriptors_that_say_nothing(text: str) -> None:
 def robot(own_domain: int) -> Iterator[Node]:
     for aspect in (parameters, changes):
         aspect.install()
-    with node_in(own_domain) as node:
-        executor = SingleThreadedExecutor(context=node.context)
-        executor.add_node(node)
-        thread = threading.Thread(target=executor.spin)
-        thread.start()
+    with node_in(own_domain) as node, spinning(node):
         yield node
-        executor.shutdown()
-        thread.join()
     for aspect in (changes, parameters):
         aspect.uninstall()
 

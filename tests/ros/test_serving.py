@@ -16,7 +16,7 @@ from rosslt_auto.ros import changes, declared, parameters, serving
 from support.observer import Observer
 from support.process import environment
 from support.waiting import wait_until
-from support.woven import Table, node_in
+from support.woven import Table, node_in, spinning
 
 ASPECTS = (parameters, declared, changes, serving)
 
@@ -97,16 +97,11 @@ def test_a_change_is_applied_where_the_node_publishes(
 def test_a_spinning_node_answers_by_itself(
     node: Node, table: Table, observer: Observer, applied: Applied, executor_class: Any
 ) -> None:
-    executor = executor_class(context=node.context)
-    executor.add_node(node)
-    thread = threading.Thread(target=executor.spin, name="the program's")
-    thread.start()
-    for value in range(6, 16):
-        [result] = observer.set("/robot", {table.name("count"): value})
-        assert result.successful
-        assert table.read("count") == value
-    executor.shutdown()
-    thread.join()
+    with spinning(node, executor_class(context=node.context)):
+        for value in range(6, 16):
+            [result] = observer.set("/robot", {table.name("count"): value})
+            assert result.successful
+            assert table.read("count") == value
     assert "rosslt_auto serving" not in applied.threads
 
 
@@ -138,8 +133,6 @@ def test_a_node_that_is_spun_now_and_then(node: Node, table: Table, observer: Ob
 def test_a_long_callback_is_not_interrupted_by_changes(
     node: Node, table: Table, observer: Observer
 ) -> None:
-    executor = SingleThreadedExecutor(context=node.context)
-    executor.add_node(node)
     inside, seen = threading.Event(), []
 
     def callback() -> None:
@@ -151,14 +144,11 @@ def test_a_long_callback_is_not_interrupted_by_changes(
             time.sleep(0.01)
 
     timer = node.create_timer(0.0, callback)
-    thread = threading.Thread(target=executor.spin)
-    thread.start()
-    assert inside.wait(10)
-    [result] = observer.set("/robot", {table.name("count"): 7})
-    assert result.successful
-    assert set(seen) == {5}
-    executor.shutdown()
-    thread.join()
+    with spinning(node):
+        assert inside.wait(10)
+        [result] = observer.set("/robot", {table.name("count"): 7})
+        assert result.successful
+        assert set(seen) == {5}
 
 
 def test_a_callback_of_the_program_that_fails(

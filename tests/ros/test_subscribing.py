@@ -33,6 +33,7 @@ from rosslt_auto.ros.observer import Observer
 from support.process import ROOT, Program, environment
 from support.waiting import wait_until
 from support.wire import Nodes, headers_of, told, tracked, wait_until_heard, woven
+from support.woven import spinning
 
 SENDER = Path(__file__).parent / "nodes" / "sender.py"
 CHECKS = ["", "1"]
@@ -337,17 +338,14 @@ def test_many_threads_and_a_reentrant_group(domain: int, topic: str) -> None:
         node.create_subscription(
             Point, topic, got.append, 1000, callback_group=ReentrantCallbackGroup()
         )
-        executor = MultiThreadedExecutor(4, context=nodes.context)
-        executor.add_node(node)
-        thread = threading.Thread(target=executor.spin)
-        thread.start()
+        options = ("--count", "300", "--rate", "1000", "--depth", "1000")
         try:
-            options = ("--count", "300", "--rate", "1000", "--depth", "1000")
-            with sender(domain, topic, *options):
+            with (
+                spinning(node, MultiThreadedExecutor(4, context=nodes.context)),
+                sender(domain, topic, *options),
+            ):
                 wait_until(lambda: len(got) == 300, "300 messages")
         finally:
-            executor.shutdown()
-            thread.join()
             node.destroy_node()
     assert sorted(point.z for point in got) == [float(i) for i in range(300)]
     assert all(map(is_whole, got))

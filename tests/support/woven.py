@@ -1,12 +1,14 @@
 """Literals without a program, and nodes in the test process that own them."""
 
 import itertools
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import rclpy
 from rclpy.context import Context
+from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 
 from rosslt_auto.provenance.locations import (
@@ -64,3 +66,17 @@ def node_in(domain: int, name: str = "robot", **options: Any) -> Iterator[Node]:
     finally:
         node.destroy_node()
         rclpy.try_shutdown(context=context)
+
+
+@contextmanager
+def spinning(node: Node, executor: Executor | None = None) -> Iterator[None]:
+    """A thread "the program's" that spins a node; in an executor of its own if none is given."""
+    executor = executor or SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    thread = threading.Thread(target=executor.spin, name="the program's")
+    thread.start()
+    try:
+        yield
+    finally:
+        executor.shutdown()
+        thread.join()
