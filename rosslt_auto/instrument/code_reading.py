@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ast
 import sys
+from collections.abc import Iterable
 from types import CodeType
 from typing import Any
 
@@ -236,7 +237,7 @@ class Reader:
 
     def loose(self, *values: Any) -> None:
         """Values that nobody binds: dropped, tested, or given to something unknown."""
-        for value in values:
+        for value in _sources(values):
             if not isinstance(value, (ast.Name, ast.Constant, Null)):
                 self.weak.append(ast.Expr(value))
 
@@ -310,6 +311,18 @@ class Reader:
         """What a ``match`` compares: its literals stay."""
         self.weak.append(ast.Expr(value))
         self.stack[:] = [put(Opaque(), instr) if value is one else one for one in self.stack]
+
+
+def _sources(values: Iterable[Any]) -> list[Any]:
+    """The values, and for one that comes from several places those there.
+
+    What is tested or dropped may be a copy: its constants may be of use elsewhere.
+    """
+    found = list(values)
+    for value in found:  # grows
+        if isinstance(value, Either):
+            found += [one for one in value.values if one not in found]
+    return [value for value in found if not isinstance(value, Either)]
 
 
 _PAIRS = {

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from rosslt_auto.instrument import hook
@@ -99,6 +99,9 @@ def _run(code: Any) -> Any:
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(_body)
+@example("log.append((y and 0.5 or 0.25))")
+@example("log.append(((x and 0.5 or y) and 1.5 or z))")
+@example("log.append((call(2.5, 1.5) and 0.5 or call(0.25, k=2.0)))")
 def test_both_ways_do_what_plain_code_does(body: str) -> None:
     source = _program(body)
     plain = compile(source, "program.py", "exec", dont_inherit=True)
