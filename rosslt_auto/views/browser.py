@@ -52,6 +52,9 @@ CAMERA = Camera((2.6, -5.2, 4.2), (0.6, 1.2, 1.3), 0.85)
 _ORANGE = (255, 120, 20)
 _MAX_GIZMOS = 40
 
+_DONE = 15.0
+"""Seconds that people can read what has been done."""
+
 
 class CannotServe(Exception):
     """The page cannot be served; the message says why."""
@@ -79,6 +82,7 @@ class Page:
         self._selected: str | None = None
         self._code_shown: tuple[Any, ...] = ()
         self._problem = self._done = ""
+        self._done_until = 0.0
         self._build()
         self._drawing = Drawing(self._server, self._item_clicked)
         self._gizmos = Gizmos(self._server, self)
@@ -148,6 +152,7 @@ class Page:
     def _tell_done(self, what: str) -> None:
         self._problem = ""
         self._done = f"✓ {what}"
+        self._done_until = time.monotonic() + _DONE
 
     def _undo_last(self, event: Any) -> None:
         said = self._session.undo()
@@ -264,6 +269,8 @@ class Page:
             *(f"{node} has ended" for node in sorted(session.listing.ended)),
             *(f"{key}: {why}" for key, why in unshown),
         ]
+        if time.monotonic() > self._done_until:
+            self._done = ""
         problem = self._problem or next((f"⚠ {one}" for one in others), self._done)
         if self._message.visible != bool(problem):
             self._message.visible = bool(problem)

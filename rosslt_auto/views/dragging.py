@@ -7,10 +7,12 @@ knew them.
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from rosslt_auto.provenance.expressions import evaluate_many, leaves, sources
@@ -24,6 +26,11 @@ from .shapes import joined
 
 INTERVAL = 0.02
 """Seconds between two changes of a drag; what is dragged in between is passed over."""
+
+
+_DIGITS = (3, 4, 5, 7)
+_CLOSE = 1e-3
+"""Digits that are tried for what a drag adds, and which part of its way they may be wrong by."""
 
 
 @dataclass(frozen=True)
@@ -143,6 +150,7 @@ class Drag:
         self._tracked = tracked
         self._choice = Choice(choice.policy, dict(choice.sources))
         self._policy_open = choice.policy != "left"
+        self._began: dict[str, Any] = {}
         self.changed: dict[Source, Changed] = {}
 
     def to(self, latest: Tracked | None, targets: Targets) -> list[Changed]:
@@ -150,11 +158,44 @@ class Drag:
 
         latest  the last message, None if there is none any more
         """
+        for path in targets:
+            self._began.setdefault(path, untracked(self._tracked.fields.get(path)))
         if latest is not None and self._knows(latest, targets):
             self._tracked = latest
         found = solve(self._tracked, targets, self._choice)
         self._keep_to(found, targets)
-        return found
+        return self._written_short(found, targets)
+
+    def _written_short(self, changes: list[Changed], targets: Targets) -> list[Changed]:
+        """The same with no more digits than the hand that drags can mean; they are read and saved.
+
+        Taken are the fewest with which the fields get as far as they are dragged, all but a
+        thousandth of the way.
+        """
+        values = [self._tracked.fields[path] for path in targets if path in self._tracked.fields]
+        began = [self._began[path] for path in targets if path in self._tracked.fields]
+        wanted = evaluate_many(values, {one.source: one.new for one in changes})
+        for digits in _DIGITS:
+            short = [self._short(one, digits) for one in changes]
+            with suppress(ArithmeticError, ValueError):
+                there = evaluate_many(values, {one.source: one.new for one in short})
+                if all(
+                    abs(value - want) <= _CLOSE * abs(want - start)
+                    for value, want, start in zip(there, wanted, began, strict=True)
+                ):
+                    return short
+        return changes
+
+    def _short(self, change: Changed, digits: int) -> Changed:
+        """With so many digits of what the drag has added to the value."""
+        before = self.changed.get(change.source, change).old
+        if type(change.new) is not float or change.new == before:
+            return change
+        places = digits - 1 - math.floor(math.log10(abs(change.new - before)))
+        try:
+            return replace(change, new=change.source.check(round(change.new, places)))
+        except SourceChangeRefused:  # out of its range by that
+            return change
 
     def made(self, changes: Sequence[Changed]) -> None:
         """Notes that these changes have been made."""

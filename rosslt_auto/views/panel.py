@@ -115,9 +115,10 @@ def origin(title: str, rows: Sequence[tuple[str, Any, str, Sequence[tuple[Litera
     """
     parts = [f"<div class=file>{html.escape(title)}</div>"]
     for path, value, expression, literals in rows:
+        said = "" if expression == repr(value) else f"= {html.escape(expression)}"
         parts.append(
             f"<div><b>{html.escape(path)}</b> = {html.escape(number(value))}"
-            f" <span class=dim>= {html.escape(expression)}</span></div><table>"
+            f" <span class=dim>{said}</span></div><table>"
         )
         for literal, will_change in literals:
             kind = "will" if will_change else "dim"

@@ -1,5 +1,6 @@
 """What a drag changes."""
 
+import math
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -8,10 +9,11 @@ from typing import Any
 import pytest
 
 from rosslt_auto.provenance import Source
-from rosslt_auto.provenance.values import leaf
+from rosslt_auto.provenance.limits import Limits
+from rosslt_auto.provenance.values import leaf, untracked
 from rosslt_auto.views.dragging import Changed, Choice, Choices, Drag, Dragger, Refused, solve
 from rosslt_auto.views.scene import Item
-from support.tracked import sources_by_name, tracked
+from support.tracked import apply, sources_by_name, tracked
 
 
 @dataclass
@@ -119,6 +121,48 @@ def test_a_drag_remembers_the_values_before() -> None:
         drag.made(drag.to(Message({"x": tracked(old, "a")}), {"x": new}))
     [change] = drag.changed.values()
     assert (change.old, change.new) == (1.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("start", "factor", "target", "new"),
+    [
+        (-2.0, 1.0, -1.4027904867895817, -1.403),
+        (500_000.0, 1.0, 500_000.12345678, 500_000.1234),
+        (0.0, 1.0, 1234.5678901, 1235.0),
+        (1.0, 1.0, 1.000012345678, 1.00001235),
+        (3.0, 7.0, 25.123456789, 3.589),
+        (2.0, 1.0, 2.0, 2.0),
+    ],
+)
+def test_a_drag_writes_no_more_digits_than_a_hand_can_mean(
+    start: float, factor: float, target: float, new: float
+) -> None:
+    message = Message({"x": factor * tracked(start, "a")})
+    drag = Drag(message, Choice())
+    for done in (0.3, 0.9999, 1.0):  # what counts is the whole way, not the last step
+        at = factor * start + done * (target - factor * start)
+        changes = drag.to(message, {"x": at})
+        drag.made(changes)
+        for one in changes:
+            message = Message({"x": factor * tracked(one.new, "a")})
+    assert untracked(message.fields["x"]) == pytest.approx(factor * new, rel=1e-12)
+
+
+def test_digits_that_matter_are_kept() -> None:
+    value = apply("exp", 20.0 * tracked(1.0, "a"))
+    drag = Drag(Message({"x": value}), Choice())
+    target = math.exp(20.0123456)
+    [change] = drag.to(None, {"x": target})
+    assert len(repr(change.new)) < len("1.00061728")
+    assert math.exp(20.0 * change.new) - target < 1e-3 * (target - math.exp(20.0))
+
+
+def test_digits_are_not_taken_off_what_is_limited() -> None:
+    source = Source("/node", "a", "float")
+    source.limits = Limits(0.0, 1.23456)
+    drag = Drag(Message({"x": leaf(source, 1.0)}), Choice())
+    [change] = drag.to(None, {"x": 1.23456})
+    assert change.new == 1.23456
 
 
 def test_the_last_target_is_reached_and_others_are_passed_over() -> None:
