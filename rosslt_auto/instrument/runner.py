@@ -18,6 +18,7 @@ from importlib.machinery import BYTECODE_SUFFIXES, SourceFileLoader, SourcelessF
 from types import CodeType, ModuleType, TracebackType
 from typing import Any
 
+from ..provenance.frames import without_ours
 from . import hook
 from .selection import Selection, is_installed, is_stdlib
 
@@ -187,8 +188,7 @@ def _execute(program: Callable[[], object]) -> int:
 
 def _show(error: BaseException) -> None:
     """What CPython does with an uncaught exception (PyErr_PrintEx)."""
-    trace = _without_our_frames(error.__traceback__)
-    error.__traceback__ = trace
+    trace = error.__traceback__ = _without_our_frames(error)
     sys.last_type, sys.last_value, sys.last_traceback = type(error), error, trace
     if sys.version_info >= (3, 12):
         sys.last_exc = error
@@ -213,7 +213,9 @@ def _show(error: BaseException) -> None:
         sys.__excepthook__(type(error), error, trace)
 
 
-def _without_our_frames(trace: TracebackType | None) -> TracebackType | None:
+def _without_our_frames(error: BaseException) -> TracebackType | None:
+    """The traceback as from the program; of an interrupt, which strikes anywhere, none of ours."""
+    trace = error.__traceback__
     while trace is not None and trace.tb_frame.f_code.co_filename == __file__:
         trace = trace.tb_next
-    return trace
+    return without_ours(trace) if isinstance(error, KeyboardInterrupt) else trace

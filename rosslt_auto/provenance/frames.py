@@ -16,12 +16,16 @@ coverage or a debugger, functions stay visible.
 from __future__ import annotations
 
 import dis
+import os
 import sys
 from collections.abc import Callable
-from types import CodeType, FunctionType
+from types import CodeType, FunctionType, TracebackType
 from typing import Any, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+_OURS = (os.path.dirname(os.path.dirname(__file__)) + os.sep, "<tracked ", "<fields of ")
+"""How the file names of our code begin, those of generated code included."""
 
 _RESUME = dis.opmap["RESUME"]
 
@@ -147,3 +151,15 @@ def untraced(function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
         return function(*args, **kwargs)
     finally:
         sys.settrace(tracer)
+
+
+def without_ours(trace: TracebackType | None) -> TracebackType | None:
+    """A traceback without the frames of our functions that were seen in it."""
+    kept = []
+    while trace is not None:
+        if not trace.tb_frame.f_code.co_filename.startswith(_OURS):
+            kept.append(trace)
+        trace = trace.tb_next
+    for one in reversed(kept):
+        trace = TracebackType(trace, one.tb_frame, one.tb_lasti, one.tb_lineno)
+    return trace

@@ -9,7 +9,9 @@ import warnings
 
 import pytest
 
-from rosslt_auto.provenance.frames import unseen
+from rosslt_auto.provenance import provenance
+from rosslt_auto.provenance.frames import unseen, without_ours
+from support.tracked import tracked
 
 
 @unseen
@@ -107,3 +109,21 @@ def test_errors_of_overloaded_operators() -> None:
     with pytest.raises(ZeroDivisionError) as caught:
         x % 0.0
     assert len(traceback.extract_tb(caught.tb)) == 1
+
+
+def test_frames_of_ours_can_be_left_out() -> None:
+    """Of an interrupt that struck while an expression was being evaluated."""
+
+    class Interrupting(dict[str, float]):
+        def __bool__(self) -> bool:
+            return True
+
+        def __getattribute__(self, name: str) -> object:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as raised:
+        provenance(tracked(1.5, "gain") * 2.0).evaluate(Interrupting())
+    trace = raised.value.__traceback__
+    assert any("rosslt_auto/provenance" in one.filename for one in traceback.extract_tb(trace))
+    left = [frame.name for frame in traceback.extract_tb(without_ours(trace))]
+    assert left == ["test_frames_of_ours_can_be_left_out", "__getattribute__"]
