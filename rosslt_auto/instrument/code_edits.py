@@ -43,10 +43,10 @@ class Edits:
     def call(self, node: Any, helper: str) -> None:
         """A call is made by one of our functions, which gets what was to be called."""
         function, instr, null = node.func, node.made_by, node.null.made_by
-        self._put_before(
-            function, instr, _INNER, [Instr("LOAD_GLOBAL", (True, helper), location=_where(null))]
-        )
-        self._instead[id(null)] = _without_null(null)
+        if id(null) not in self._instead:  # the compiler may have copied the call alone
+            load = Instr("LOAD_GLOBAL", (True, helper), location=_where(null))
+            self._put_before(function, instr, _INNER, [load])
+            self._instead[id(null)] = _without_null(null)
         self._note_depth(node.reader, function.start, instr, 1)
         for one in (instr, node.precall):
             if one is not None:

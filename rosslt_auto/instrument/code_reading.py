@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Iterable
 from types import CodeType
 from typing import Any
 
@@ -73,8 +72,11 @@ class Reader:
         self.repeated = self._loops()
 
     def body(self) -> list[ast.stmt]:
-        """All statements, in the order in which they have to be visited."""
-        return self.statements + self.weak
+        """All statements, in the order in which they have to be visited.
+
+        What is tested may be a copy: if a later statement has the value, that one says more of it.
+        """
+        return self.statements + self.weak[::-1]
 
     def child(self, function: Function) -> Reader:
         """The code of a function that this code makes, read."""
@@ -237,7 +239,7 @@ class Reader:
 
     def loose(self, *values: Any) -> None:
         """Values that nobody binds: dropped, tested, or given to something unknown."""
-        for value in _sources(values):
+        for value in values:
             if not isinstance(value, (ast.Name, ast.Constant, Null)):
                 self.weak.append(ast.Expr(value))
 
@@ -311,18 +313,6 @@ class Reader:
         """What a ``match`` compares: its literals stay."""
         self.weak.append(ast.Expr(value))
         self.stack[:] = [put(Opaque(), instr) if value is one else one for one in self.stack]
-
-
-def _sources(values: Iterable[Any]) -> list[Any]:
-    """The values, and for one that comes from several places those there.
-
-    What is tested or dropped may be a copy: its constants may be of use elsewhere.
-    """
-    found = list(values)
-    for value in found:  # grows
-        if isinstance(value, Either):
-            found += [one for one in value.values if one not in found]
-    return [value for value in found if not isinstance(value, Either)]
 
 
 _PAIRS = {

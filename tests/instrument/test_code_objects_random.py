@@ -102,6 +102,9 @@ def _run(code: Any) -> Any:
 @example("log.append((y and 0.5 or 0.25))")
 @example("log.append(((x and 0.5 or y) and 1.5 or z))")
 @example("log.append((call(2.5, 1.5) and 0.5 or call(0.25, k=2.0)))")
+@example("log.append((y and [x, 0.5][1] or 0.25))")
+@example("return abs(max(y, (0.5 if x > 1 else 2.5)))")
+@example("try: return y\nfinally: x = max(y, (0.5 if x > 1 else 2.5))")
 def test_both_ways_do_what_plain_code_does(body: str) -> None:
     source = _program(body)
     plain = compile(source, "program.py", "exec", dont_inherit=True)
