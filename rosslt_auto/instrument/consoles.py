@@ -1,13 +1,15 @@
-"""Join point: what is typed into a console, ``code.InteractiveInterpreter.runcode``.
+"""Join points: what is typed into consoles and into the cells of notebooks.
 
-For programs that open a console, ``code.interact()``: what is typed into it is tracked like the
-program itself, ``rosslt.console.in_3.x`` being from the third input. (``run -m code`` stays plain:
-there the module is a program of its own.) The module is not imported here for a program that does
-without.
+For programs that open a console, ``code.interact()`` or IPython's, and for notebooks, whose kernel
+is IPython: what is typed is tracked like the program itself, ``rosslt.console.in_3.x`` being from
+the third input. (``run -m code`` stays plain: there the module is a program of its own. So does
+Python's own prompt, which executes what it reads in C.) No console is imported here for a program
+that does without.
 """
 
 from __future__ import annotations
 
+import collections
 import functools
 from collections.abc import Callable
 from types import CodeType
@@ -16,14 +18,21 @@ from typing import Any
 from ..provenance.frames import unseen
 from ..provenance.joinpoints import JoinPoints
 
+CONSOLES = {
+    "code": "InteractiveInterpreter.runcode",
+    "IPython.core.interactiveshell": "InteractiveShell.run_code",
+}
+"""Methods that execute the code of an input, or of one statement of it, by their module."""
+
 _points = JoinPoints()
-_inputs: dict[str, int] = {}
+_counts: collections.Counter[str] = collections.Counter()
 
 
 def install() -> None:
-    """Instruments inputs as soon as module `code` is imported. Idempotent."""
+    """Instruments inputs as soon as there is a console. Idempotent."""
     if not _points:
-        _points.replace_when_imported("code", "InteractiveInterpreter.runcode", _advised)
+        for module, method in CONSOLES.items():
+            _points.replace_when_imported(module, method, _advised)
 
 
 def uninstall() -> None:
@@ -33,24 +42,38 @@ def uninstall() -> None:
 
 def _advised(original: Callable[..., Any]) -> Callable[..., Any]:
     @functools.wraps(original)
-    def runcode(self: Any, code: Any) -> Any:
-        return original(self, _instrumented(self, code))
+    def run(self: Any, code: Any, *args: Any, **kwargs: Any) -> Any:
+        return original(self, _instrumented(self, code, *args, **kwargs), *args, **kwargs)
 
-    return unseen(runcode)
+    return unseen(run)
 
 
-def _instrumented(console: Any, code: Any) -> Any:
-    """The code of an input, instrumented. Raises nothing."""
+def _instrumented(console: Any, code: Any, result: Any = None, **_: Any) -> Any:
+    """The code of an input, instrumented. Raises nothing.
+
+    result  where IPython notes the number of the cell
+    """
     try:
         if type(code) is not CodeType:
             return code
         from .code_objects import instrumented_or_same
         from .naming import Scope, module_scope
 
-        name = console.locals.get("__name__")
+        names = console.locals if result is None else console.user_ns
+        name = names.get("__name__")
         module = name if type(name) is str and name else "__console__"
         outer = module_scope(module, "console").path
-        number = _inputs[outer] = _inputs.get(outer, 0) + 1
-        return instrumented_or_same(code, module, Scope(f"{outer}.in_{number}", None))
+        label = _label(outer, getattr(result, "execution_count", None))
+        return instrumented_or_same(code, module, Scope(label, None))
     except Exception:
         return code
+
+
+def _label(outer: str, number: int | None) -> str:
+    """The scope of an input; the second statement of a cell has ``_2`` behind its number."""
+    if number is None:
+        number = _counts[outer] = _counts[outer] + 1
+        return f"{outer}.in_{number}"
+    label = f"{outer}.in_{number}"
+    _counts[label] += 1
+    return label if _counts[label] == 1 else f"{label}_{_counts[label]}"

@@ -1,6 +1,5 @@
 """Ways in which code without source comes into a program."""
 
-import code
 import importlib
 import py_compile
 import sys
@@ -12,8 +11,6 @@ from typing import Any
 
 import pytest
 
-from rosslt_auto.instrument import hook
-from rosslt_auto.instrument.selection import Selection
 from rosslt_auto.provenance import provenance
 from rosslt_auto.provenance.locations import location_of, registered
 
@@ -186,41 +183,3 @@ def test_equal_code_of_different_files(packages: Callable[..., Path]) -> None:
         """
     )
     assert importlib.import_module("under_test_equal").made == ["first", "second"]
-
-
-TYPED = """\
-x = 0.5
-y = x * 2.5
-def f(a):
-    return a + 1.5
-
-y; f(2.0)
-1 / 0
-def g(): return 1 +
-print(sorted(globals()))
-"""
-
-
-def test_consoles(packages: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:
-    def typed(console: code.InteractiveConsole) -> str:
-        for line in TYPED.splitlines():
-            console.push(line)
-        captured = capsys.readouterr()
-        return captured.out + captured.err
-
-    plain_console = code.InteractiveConsole({})
-    hook.uninstall()
-    plain = typed(plain_console)
-    packages()
-    hook.install(Selection())
-    console = code.InteractiveConsole({})
-    assert typed(console) == plain
-    assert "ZeroDivisionError" in plain and "SyntaxError" in plain
-    assert _sources(plain_console.locals["f"](2.0)) == []
-    value = console.locals["f"](console.locals["y"])
-    assert set(_sources(value)) == {
-        "rosslt.console.in_1.x", "rosslt.console.in_2.y", "rosslt.console.in_3.f.f",
-    }  # fmt: skip
-    hook.uninstall()
-    assert "runcode" not in vars(code.InteractiveConsole)
-    assert code.InteractiveInterpreter.runcode.__code__.co_filename == code.__file__
