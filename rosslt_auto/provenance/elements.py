@@ -6,6 +6,7 @@ import marshal
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from .number_operators import float32
 from .operators import OPERATORS
 from .values import PlainType, is_tracked, node
 
@@ -25,7 +26,7 @@ def adapted(item: Any, value: Any) -> Any:
     if type(held) is type(value):
         if held == value or (held != held and value != value):
             return item
-        name = "same"
+        name = "float32" if type(value) is float and float32(held) == value else "same"
     elif type(held) not in (float, int):
         return value
     else:

@@ -228,7 +228,7 @@ for _row in (
     add(_row)
 
 
-def _float32(x: Any) -> float:
+def float32(x: Any) -> float:
     try:
         return float(struct.unpack("f", struct.pack("f", x))[0])
     except OverflowError:
@@ -237,6 +237,6 @@ def _float32(x: Any) -> float:
 
 # What a float32 field of a message does to a value on its way.
 define(
-    "float32", "float32", None, _float32, (lambda t, a: t,), (lambda a: 1.0,),
+    "float32", "float32", None, float32, (lambda t, a: t,), (lambda a: 1.0,),
     "a float32 has 24 significant bits",
 )  # fmt: skip

@@ -32,6 +32,13 @@ def texts(items: Any) -> list[Any]:
     return [provenance(item).expression if is_tracked(item) else item for item in items]
 
 
+def test_elements_of_lower_precision_are_rounded() -> None:
+    field = assigned([tracked("x", 0.1) * 3, tracked("y", 0.5)], "f")
+    assert texts(field) == ["float32(x * 3)", "y"]
+    found = provenance(field[0])
+    assert found is not None and found.evaluate({}) == field[0] != 0.1 * 3
+
+
 def test_elements_keep_their_provenance() -> None:
     field = assigned([X, 2.0, Y * 2])
     assert texts(field) == ["x", 2.0, "y * 2"]
@@ -69,7 +76,7 @@ def test_it_passes_for_an_array() -> None:
 
 def test_other_type_codes() -> None:
     field = assigned([tracked("g", 0.1), 1.0], "f")
-    assert texts(field) == ["g", 1.0]
+    assert texts(field) == ["float32(g)", 1.0]
     assert field[0] == array.array("f", [0.1])[0]
     assert texts(assigned([tracked("n", 3), 1], "i")) == ["n", 1]
     assert texts(assigned([tracked("n", 3), 1.0], "d")) == ["float(n)", 1.0]
