@@ -25,7 +25,7 @@ from rosslt_auto.instrument import hook
 from rosslt_auto.instrument.selection import Selection
 from rosslt_auto.provenance import NotInvertible, Source, provenance, untracked
 from rosslt_auto.provenance.expressions import topological
-from rosslt_auto.provenance.locations import count_executions
+from rosslt_auto.provenance.registry import count_executions
 from rosslt_auto.provenance.values import leaf
 from rosslt_auto.ros.encoding import Encoder
 from rosslt_auto.ros.header import decode

@@ -8,7 +8,8 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from rosslt_auto.provenance.expressions import leaves, sources
-from rosslt_auto.provenance.locations import Source, source_of
+from rosslt_auto.provenance.locations import source_of
+from rosslt_auto.provenance.sources import Source
 from rosslt_auto.provenance.texts import text
 from rosslt_auto.provenance.values import untracked
 

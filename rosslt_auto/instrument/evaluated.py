@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator
 from types import FunctionType
 from typing import Any
 
-from ..provenance.locations import registered
+from ..provenance.registry import registered
 from ..provenance.values import is_tracked, untracked
 
 _OPERATORS: dict[type, Callable[..., Any]] = {

@@ -14,7 +14,8 @@ from types import CodeType, FunctionType, ModuleType
 from typing import Any
 from weakref import WeakKeyDictionary
 
-from ..provenance.locations import Literals, registered
+from ..provenance.locations import Literals
+from ..provenance.registry import registered
 from . import array_calls, hook
 from .code_objects import instrumented_function_code, is_instrumented
 from .errors import NotInstrumented, NotParsed

@@ -18,7 +18,8 @@ from types import (
 )
 
 from ..provenance import mentioned
-from ..provenance.locations import LiteralInfo, register_literals, registered
+from ..provenance.locations import LiteralInfo
+from ..provenance.registry import register_literals, registered
 from ..provenance.strings import Interpolation
 from . import arithmetic, calls, executed, file_calls, statistics_calls
 from .cache import INTERPOLATIONS, Entry

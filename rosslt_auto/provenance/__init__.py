@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from . import strings  # gives TrackedStr its methods
 from .expressions import Provenance, provenance
-from .locations import Location, Source, SourceChangeRefused
+from .locations import Location
+from .sources import Source, SourceChangeRefused
 from .values import TrackedFloat, TrackedInt, TrackedStr, is_tracked, untracked
 
 if TYPE_CHECKING:

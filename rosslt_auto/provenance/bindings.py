@@ -16,7 +16,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from .locations import instrumented_files, instrumented_modules
+from .registry import instrumented_files, instrumented_modules
 from .values import is_tracked
 
 Replace = Callable[[Any], Any]

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from .chains import chain, evaluate_chain
 from .extents import Budget
-from .locations import Location, Source, source_of
+from .locations import Location, source_of
 from .operators import DEFERRED, LITERAL, SOURCE, Operator
+from .sources import Source
 from .values import PlainType, TrackedInt, is_tracked, settle, untracked
 
 if TYPE_CHECKING:

@@ -15,7 +15,8 @@ from collections.abc import Callable, Mapping
 from types import FrameType
 from typing import Any
 
-from .locations import INT64, Source, SourceChangeRefused, free_name, register_source
+from .registry import free_name, register_source
+from .sources import INT64, Source, SourceChangeRefused
 from .tokens import calling_frame, module_prefix, token
 from .values import leaf, untracked
 

@@ -22,8 +22,9 @@ from typing import Any
 from . import file_positions
 from .external import LocalSource
 from .file_positions import Scalar
-from .locations import SourceChangeRefused, free_name, register_source
+from .registry import free_name, register_source
 from .source_files import Edit, NotWritten, SourceFile
+from .sources import SourceChangeRefused
 from .spelling import CannotSpell, respell_json, respell_yaml, same
 from .tokens import module_prefix, token
 from .values import leaf

@@ -15,8 +15,9 @@ from typing import Any
 
 from .chains import evaluate_chain, invert_chain
 from .expressions import evaluate_many, is_leaf, operands, sources, topological
-from .locations import Source, SourceChangeRefused, place_of, source_of
+from .locations import source_of
 from .operators import Operator
+from .sources import Source, SourceChangeRefused, place_of
 from .values import is_tracked, untracked
 
 RELATIVE_TOLERANCE = 1e-9

@@ -1,4 +1,4 @@
-"""Where values come from: literals of this process, and sources in other nodes.
+"""Literals of this process, the locations that values come from.
 
 `create_location` of the paper (Section IV-A): the first time control flow reaches a literal, it
 gets its value from a parameter, and from then on it can be changed at run time. Here every
@@ -10,25 +10,18 @@ from __future__ import annotations
 
 import ast
 import linecache
-import math
 import os
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from importlib.util import decode_source
 from typing import Any, NamedTuple
 
 from .limits import Limits
 from .operators import LITERAL, SOURCE
+from .sources import Source
 from .truth_sites import Bound, TruthSites
 from .truths import truth_leaf
-from .values import is_tracked, leaf, literal_leaf, settle
-
-INT64 = range(-(2**63), 2**63)
-"""What a ROS integer parameter can hold (rcl_interfaces/msg/ParameterValue)."""
-
-
-class SourceChangeRefused(ValueError):
-    """A source cannot take a value; the message says why, nothing was changed."""
+from .values import literal_leaf, settle
 
 
 class LiteralInfo(NamedTuple):
@@ -52,106 +45,6 @@ class LiteralInfo(NamedTuple):
     repeated: bool | None = None
     limits: tuple[Any, ...] | None = None
     frozen: bool = False
-
-
-class Source:
-    """Anything whose value can be asked for and changed by name: a parameter of a node.
-
-    node       fully qualified name of the node that owns it, None while no node does
-    parameter  name of the parameter
-    kind       "float", "int", "str" or "bool"
-    hint       the name by which expressions show it
-    named      whether it is bound to a name in the program (see `expressions.sources`)
-    file, line, column, text   where it stands, and that line; None for a declared parameter
-    """
-
-    leaf: Any = None
-    """The current leaf of a source that lives in this process, None for a remote one."""
-
-    repeated = False
-    """Whether the program reads it again and again, see `Location.repeated`."""
-
-    limits: Limits | None = None
-    """The range that its values are in, None if they are not limited."""
-
-    frozen = False
-    """Whether nobody changes it."""
-
-    moves = 0
-    """How often its line has been written anew (`saved`): what is known of its place is new."""
-
-    def __init__(
-        self,
-        node: str | None,
-        parameter: str,
-        kind: str,
-        hint: str | None = None,
-        named: bool = True,
-        file: str | None = None,
-        line: int | None = None,
-        column: int | None = None,
-        text: str | None = None,
-    ) -> None:
-        self.node = node
-        self.parameter = parameter
-        self.kind = kind
-        self.hint = hint or parameter.rpartition(".")[2]
-        self.named = named
-        self.file = file
-        self.line = line
-        self.column = column
-        self.text = text
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Source):
-            return NotImplemented
-        return self.parameter == other.parameter and self.node == other.node
-
-    def __hash__(self) -> int:
-        return hash(self.parameter)
-
-    def __repr__(self) -> str:
-        return f"<source {self.node or ''}:{self.parameter}>"
-
-    def check(self, value: Any) -> Any:
-        """`value` as this source would hold it.
-
-        An integer for a float is converted. Raises SourceChangeRefused for another type, for NaN,
-        an infinity or an integer beyond 64 bits, and for what its remark does not allow.
-        """
-        if self.kind == "float" and type(value) is int:
-            try:
-                value = float(value)
-            except OverflowError:
-                raise SourceChangeRefused(f"{self.parameter}: {value} is too large") from None
-        if type(value).__name__ != self.kind or is_tracked(value):
-            raise SourceChangeRefused(
-                f"{self.parameter} is {_ARTICLE[self.kind]}, not {type(value).__name__} {value!r}"
-            )
-        if self.kind == "float" and not math.isfinite(value):
-            raise SourceChangeRefused(f"{self.parameter} must be finite, not {value}")
-        if self.kind == "int" and value not in INT64:
-            raise SourceChangeRefused(f"{self.parameter} must fit into 64 bits, not {value}")
-        if self.limits is not None and not self.limits.allows(value):
-            raise SourceChangeRefused(
-                f"{self.parameter} is limited to {self.limits}{place_of(self)},"
-                f" it cannot be {value!r}"
-            )
-        if self.frozen and (self.leaf is None or value != self.leaf._v):
-            raise SourceChangeRefused(f"{self.parameter} is frozen{place_of(self)}")
-        return value
-
-    def change(self, value: Any) -> None:
-        """Takes a value that `check` has passed. Only a source of this process can."""
-        raise SourceChangeRefused(f"{self.parameter} belongs to another node, {self.node}")
-
-
-def place_of(source: Source) -> str:
-    """`` at controller.py:41``; nothing for what stands in no file."""
-    return "" if source.file is None else f" at {os.path.basename(source.file)}:{source.line}"
-
-
-_ARTICLE = {"float": "a float", "int": "an int", "str": "a str", "bool": "a bool"}
 
 
 class Location(Source):
@@ -373,173 +266,9 @@ class Literals:
         yield from list(self._locations.values())
 
 
-_tables: dict[str, Literals] = {}
-_others: dict[str, Any] = {}
-_initial: dict[str, Any] = {}
-_refused: list[Callable[[str], None]] = []
-_counting: list[bool] = []
-"""Whether executions are counted: empty, or not."""
-
-
-def register_literals(
-    name: str,
-    module: str,
-    file: str,
-    values: tuple[Any, ...],
-    describe: Callable[[], list[LiteralInfo]],
-    publish: Callable[[list[Any]], None],
-    source: bytes | None = None,
-) -> Literals:
-    """Makes the table of a module's literals.
-
-    name      unique for the file, its content and the module; the same one again (a reload) gives
-              the same table, with the values that it has now
-    describe  gives a LiteralInfo per value, asked for when the first location is needed
-    publish   is given the list that the rewritten code has to read; may be called again later
-    source    the content of the file
-    """
-    found = _tables.get(name)
-    if found is None:
-        found = Literals(name, module, file, values, describe, publish, source)
-        _tables[name] = found
-        if _initial:
-            _apply_initial(found)
-        if _counting:
-            found.start_counting()
-        else:
-            publish(found.table)
-    else:
-        found.publish_as(name, publish)
-    return found
-
-
-def count_executions() -> None:
-    """From now on it is seen which literals are executed again and again.
-
-    Called when the first node is made. What a program does before, importing modules and computing
-    their constants, happens once, and should take no longer than it does without us.
-    """
-    if not _counting:
-        _counting.append(True)
-        for literals in list(_tables.values()):
-            literals.start_counting()
-
-
 def fingerprint(path: str, source: bytes) -> str:
     """What tells a source file from all others, and from itself after an edit."""
     return f"{zlib.crc32(source, zlib.crc32(os.fsencode(path))):08x}"
-
-
-def registered() -> list[Literals]:
-    """The literals of all modules that have a table, in the order of their loading."""
-    return list(_tables.values())
-
-
-def rename(literals: Literals, name: str) -> None:
-    """Makes a table one that will be found by this name, unless there is another one."""
-    if name not in _tables and _tables.get(literals.name) is literals:
-        _tables[name] = _tables.pop(literals.name)
-        literals.name = name
-
-
-def set_initial_values(values: Mapping[str, Any], refused: Callable[[str], None]) -> None:
-    """Values by parameter name for literals that will be registered later (`-p` at start).
-
-    `refused` is told why a literal cannot have the value that was given for it.
-    """
-    _initial.update(values)
-    _refused[:] = [refused]
-
-
-def _tell(refusal: SourceChangeRefused) -> None:
-    for tell in _refused:
-        tell(str(refusal))
-
-
-def _apply_initial(literals: Literals) -> None:
-    if not any(name.startswith("rosslt.") for name in _initial):
-        return
-    for index, info in enumerate(literals.infos):
-        if info.parameter in _initial:
-            location = literals.location(index)
-            try:
-                value = location.check(_initial[info.parameter])
-            except SourceChangeRefused as refusal:
-                _tell(refusal)
-            else:
-                location.change(value)
-                location.given = True
-
-
-def register_source(source: Any) -> None:
-    """Makes a source of this process that is no literal (`external.LocalSource`) known by name.
-
-    It takes the value that was given for it at start, if there is one.
-    """
-    _others[source.parameter] = source
-    if source.parameter in _initial:
-        try:
-            source.start_with(source.check(_initial[source.parameter]))
-        except SourceChangeRefused as refusal:
-            _tell(refusal)
-
-
-def free_name(wanted: str) -> str:
-    """`wanted` as a parameter name, made different where it is taken.
-
-    No name may be the dotted prefix of another one.
-    """
-    taken = [*_others]
-    for literals in list(_tables.values()):
-        taken += [info.parameter for info in literals.infos]
-    name, number = wanted, 1
-    while True:
-        clash = next((other for other in taken if _clash(name, other)), None)
-        if clash is None:
-            return name
-        number += 1
-        # A literal called like a part of the name: that part is what has to give way.
-        behind = wanted[len(clash) :] if wanted.startswith(f"{clash}.") else ""
-        name = f"{wanted.removesuffix(behind) if behind else wanted}_{number}{behind}"
-
-
-def _clash(name: str, other: str) -> bool:
-    return name == other or name.startswith(f"{other}.") or other.startswith(f"{name}.")
-
-
-def instrumented_files() -> set[str]:
-    """The files of all modules that have a table."""
-    return {literals.file for literals in _tables.values()}
-
-
-def instrumented_modules() -> set[str]:
-    """The names of all modules that have a table."""
-    return {literals.module for literals in _tables.values()}
-
-
-def location_of(parameter: str) -> Any:
-    """The location in this process that has this parameter name, None if there is none.
-
-    A `Location`, the latest if there are several, or an `external.LocalSource`.
-    """
-    other = _others.get(parameter)
-    if other is not None:
-        return other
-    for literals in reversed(list(_tables.values())):
-        for index, info in enumerate(literals.infos):
-            if info.parameter == parameter:
-                return literals.location(index)
-    return None
-
-
-def changed_locations() -> list[Location]:
-    """Locations whose value is no longer the one in the source file."""
-    return [
-        location
-        for literals in list(_tables.values())
-        for location in literals.known_locations()
-        if location.value != location.first
-    ]
 
 
 def source_of(node: Any) -> Source:
@@ -550,26 +279,3 @@ def source_of(node: Any) -> Source:
     if node._op is SOURCE:
         return node._a
     raise TypeError("not a leaf")
-
-
-__all__ = [
-    "LiteralInfo",
-    "Literals",
-    "Location",
-    "Source",
-    "SourceChangeRefused",
-    "changed_locations",
-    "fingerprint",
-    "free_name",
-    "instrumented_files",
-    "instrumented_modules",
-    "leaf",
-    "location_of",
-    "place_of",
-    "register_literals",
-    "register_source",
-    "registered",
-    "rename",
-    "set_initial_values",
-    "source_of",
-]

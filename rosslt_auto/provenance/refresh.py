@@ -16,7 +16,8 @@ from . import bindings
 from .accumulation import held_operands
 from .expressions import is_leaf, operands, topological
 from .external import change_all
-from .locations import Location, Source, source_of
+from .locations import Location, source_of
+from .sources import Source
 from .values import is_tracked, record, untracked
 
 any_change = False

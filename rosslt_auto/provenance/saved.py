@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from .locations import LiteralInfo, Literals, fingerprint, registered, rename
+from .locations import LiteralInfo, Literals, fingerprint
+from .registry import registered, rename
 from .source_files import Edit, NotWritten, SourceFile
 
 

@@ -25,7 +25,8 @@ from .inversion import (
     reached,
     rounding,
 )
-from .locations import Source, SourceChangeRefused, source_of
+from .locations import source_of
+from .sources import Source, SourceChangeRefused
 
 MAX_STEPS = 60
 MAX_HALVINGS = 30

@@ -172,7 +172,7 @@ FOREIGN: list[Callable[..., Any]] = []
 
 
 def leaf(source: Any, value: Any) -> Any:
-    """A leaf: `value` (float, int or str) as it comes from `source` (a `locations.Source`)."""
+    """A leaf: `value` (float, int or str) as it comes from `source` (a `sources.Source`)."""
     return node(value, SOURCE, source, None, 0)
 
 

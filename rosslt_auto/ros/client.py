@@ -21,7 +21,7 @@ from rcl_interfaces.srv import (
 )
 from rclpy.parameter import Parameter, parameter_value_to_python
 
-from rosslt_auto.provenance.locations import Source
+from rosslt_auto.provenance.sources import Source
 
 PREFIX = "rosslt"
 IN_THE_FILE = "in the source file: "

@@ -22,7 +22,7 @@ from rclpy.parameter import Parameter
 
 from rosslt_auto.provenance import refresh
 from rosslt_auto.provenance.joinpoints import JoinPoints
-from rosslt_auto.provenance.locations import Source, SourceChangeRefused
+from rosslt_auto.provenance.sources import Source, SourceChangeRefused
 from rosslt_auto.provenance.values import leaf, untracked
 
 _KINDS = {

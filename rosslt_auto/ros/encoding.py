@@ -8,8 +8,9 @@ from typing import Any
 import msgpack
 
 from ..provenance.folding import fold
-from ..provenance.locations import Source, source_of
+from ..provenance.locations import source_of
 from ..provenance.operators import DEFERRED, LITERAL, SOURCE
+from ..provenance.sources import Source
 from ..provenance.values import TrackedFloat, settle
 from .header import BIG_INTEGER, VERSION
 

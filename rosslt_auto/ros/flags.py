@@ -17,7 +17,8 @@ from types import CodeType, FrameType
 from typing import Any
 
 from ..provenance.frames import unseen
-from ..provenance.locations import Literals, registered
+from ..provenance.locations import Literals
+from ..provenance.registry import registered
 from ..provenance.truth_sites import Position, Site
 from ..provenance.truths import TrackedBool
 

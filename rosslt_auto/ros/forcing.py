@@ -21,7 +21,8 @@ from rosslt_auto.provenance.inversion import (
     reached,
     rounding,
 )
-from rosslt_auto.provenance.locations import Source, SourceChangeRefused, source_of
+from rosslt_auto.provenance.locations import source_of
+from rosslt_auto.provenance.sources import Source, SourceChangeRefused
 from rosslt_auto.provenance.values import untracked
 
 from . import journal, paths

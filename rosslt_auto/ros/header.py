@@ -57,8 +57,9 @@ import msgpack
 
 from ..provenance import text_operators as _rows  # noqa: F401  (fills the table of operators)
 from ..provenance.limits import Limits
-from ..provenance.locations import Source, location_of
 from ..provenance.operators import OPERATORS, Operator
+from ..provenance.registry import location_of
+from ..provenance.sources import Source
 from ..provenance.values import DEPTH_LIMIT, leaf, node
 from .operands import FOLDED, accepts, fits
 

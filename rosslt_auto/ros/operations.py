@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from rosslt_auto.provenance.expressions import is_leaf, operands, topological
 from rosslt_auto.provenance.inversion import invert_many
-from rosslt_auto.provenance.locations import Source, source_of
+from rosslt_auto.provenance.locations import source_of
+from rosslt_auto.provenance.sources import Source
 from rosslt_auto.provenance.values import is_tracked, leaf, record, untracked
 
 if TYPE_CHECKING:

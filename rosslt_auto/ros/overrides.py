@@ -15,7 +15,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from rosslt_auto.provenance.locations import set_initial_values
+from rosslt_auto.provenance.registry import set_initial_values
 
 PREFIX = "rosslt."
 

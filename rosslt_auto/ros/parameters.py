@@ -35,13 +35,9 @@ from rclpy.parameter_service import ParameterService
 from rosslt_auto.provenance import bindings, refresh
 from rosslt_auto.provenance.external import LocalSource
 from rosslt_auto.provenance.joinpoints import JoinPoints
-from rosslt_auto.provenance.locations import (
-    Location,
-    Source,
-    SourceChangeRefused,
-    count_executions,
-    location_of,
-)
+from rosslt_auto.provenance.locations import Location
+from rosslt_auto.provenance.registry import count_executions, location_of
+from rosslt_auto.provenance.sources import Source, SourceChangeRefused
 from rosslt_auto.provenance.values import untracked
 
 from . import overrides

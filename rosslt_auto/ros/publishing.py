@@ -20,7 +20,7 @@ from std_msgs.msg import UInt8MultiArray
 
 from ..provenance import refresh
 from ..provenance.frames import unseen_methods
-from ..provenance.locations import Source
+from ..provenance.sources import Source
 from ..provenance.values import is_tracked
 from . import fields, header, serving
 from .encoding import Encoder

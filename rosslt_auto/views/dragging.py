@@ -17,7 +17,8 @@ from typing import Any
 
 from rosslt_auto.provenance.expressions import evaluate_many, leaves, sources
 from rosslt_auto.provenance.inversion import NotInvertible, invert_many, reached, solve_for
-from rosslt_auto.provenance.locations import Source, SourceChangeRefused, source_of
+from rosslt_auto.provenance.locations import source_of
+from rosslt_auto.provenance.sources import Source, SourceChangeRefused
 from rosslt_auto.provenance.values import untracked
 
 from .handles import Targets

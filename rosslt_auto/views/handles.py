@@ -12,7 +12,7 @@ from typing import Any
 
 from rosslt_auto.provenance.expressions import sources
 from rosslt_auto.provenance.inversion import NotInvertible, Solution, invert_many
-from rosslt_auto.provenance.locations import Source
+from rosslt_auto.provenance.sources import Source
 from rosslt_auto.provenance.values import untracked
 
 from .geometry import Quaternion, Vector, about, inverse, nearer, product

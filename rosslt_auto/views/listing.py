@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rosslt_auto.provenance.locations import Source
+from rosslt_auto.provenance.sources import Source
 
 _READABLE = (".py", ".yaml", ".yml", ".json")
 _MAX_BYTES = 1 << 20

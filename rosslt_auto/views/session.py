@@ -13,7 +13,8 @@ from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_parameter_events
 
 from rosslt_auto.provenance.expressions import leaves, sources
-from rosslt_auto.provenance.locations import Source, source_of
+from rosslt_auto.provenance.locations import source_of
+from rosslt_auto.provenance.sources import Source
 from rosslt_auto.provenance.values import untracked
 from rosslt_auto.ros.client import Change, ChangeRefused, NoAnswer, Place, change_of
 from rosslt_auto.ros.observer import CannotObserve, Observer, TopicSubscription, full_name

@@ -24,7 +24,8 @@ from rosslt_auto.instrument.code_walk import rewrite_code
 from rosslt_auto.instrument.naming import module_scope
 from rosslt_auto.instrument.rewriter import Rewritten, rewrite
 from rosslt_auto.provenance import provenance
-from rosslt_auto.provenance.locations import LiteralInfo, location_of
+from rosslt_auto.provenance.locations import LiteralInfo
+from rosslt_auto.provenance.registry import location_of
 
 Place = tuple[str, int, int]
 Locations = dict[Place, tuple[Any, LiteralInfo]]

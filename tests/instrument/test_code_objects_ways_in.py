@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from rosslt_auto.provenance import provenance
-from rosslt_auto.provenance.locations import location_of, registered
+from rosslt_auto.provenance.registry import location_of, registered
 
 PROGRAM = """
     import math

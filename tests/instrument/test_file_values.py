@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rosslt_auto.provenance import refresh
-from rosslt_auto.provenance.locations import location_of
+from rosslt_auto.provenance.registry import location_of
 from rosslt_auto.provenance.values import is_tracked
 
 pytest.importorskip("yaml")

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from rosslt_auto.instrument import hook, remarks, weaving
-from rosslt_auto.provenance.locations import SourceChangeRefused, location_of
+from rosslt_auto.provenance.registry import location_of
+from rosslt_auto.provenance.sources import SourceChangeRefused
 from rosslt_auto.provenance.values import is_tracked, untracked
 
 

@@ -371,7 +371,7 @@ def test_a_wrapper_from_elsewhere_is_not_instrumented(load, tmp_path: Path) -> N
 
 
 def test_values_from_the_start_are_used(load) -> None:
-    from rosslt_auto.provenance.locations import _initial, set_initial_values
+    from rosslt_auto.provenance.registry import _initial, set_initial_values
 
     set_initial_values({"rosslt.decorated.C.gain": 0.75}, pytest.fail)
     try:

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from rosslt_auto.provenance import SourceChangeRefused, is_tracked, provenance, refresh, untracked
-from rosslt_auto.provenance.locations import changed_locations, location_of
+from rosslt_auto.provenance.registry import changed_locations, location_of
 from support.programs import Program
 from support.waiting import wait_until
 

@@ -5,16 +5,17 @@ from pathlib import Path
 
 import pytest
 
-from rosslt_auto.provenance import external, is_tracked, locations, provenance
+from rosslt_auto.provenance import external, is_tracked, provenance, registry
 from rosslt_auto.provenance.external import change_all, create_location
-from rosslt_auto.provenance.locations import SourceChangeRefused, free_name, location_of
+from rosslt_auto.provenance.registry import free_name, location_of
+from rosslt_auto.provenance.sources import SourceChangeRefused
 
 
 @pytest.fixture(autouse=True)
 def _fresh(monkeypatch):
     monkeypatch.setattr(external, "_made", {})
-    monkeypatch.setattr(locations, "_others", {})
-    monkeypatch.setattr(locations, "_initial", {})
+    monkeypatch.setattr(registry, "_others", {})
+    monkeypatch.setattr(registry, "_initial", {})
 
 
 def source_of(value):
@@ -174,7 +175,7 @@ def test_only_numbers_and_texts(wrong):
 def test_a_value_given_at_start(monkeypatch):
     told, device = [], []
     name = source_of(create_location(1, name="probe")).parameter.removesuffix("probe")
-    locations.set_initial_values({f"{name}good": 7, f"{name}bad": "x"}, told.append)
+    registry.set_initial_values({f"{name}good": 7, f"{name}bad": "x"}, told.append)
     assert create_location(1, name="good", setter=device.append) == 7 and device == [7]
     assert create_location(1, name="bad") == 1
     assert len(told) == 1 and "bad" in told[0]

@@ -13,10 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosslt_auto.instrument.file_calls import call_file
-from rosslt_auto.provenance import files, is_tracked, locations, provenance, untracked
+from rosslt_auto.provenance import files, is_tracked, provenance, registry, untracked
 from rosslt_auto.provenance.external import change_all, create_location
 from rosslt_auto.provenance.file_positions import json_positions, scalars
-from rosslt_auto.provenance.locations import SourceChangeRefused, location_of
+from rosslt_auto.provenance.registry import location_of
+from rosslt_auto.provenance.sources import SourceChangeRefused
 
 MISSION = """\
 # A mission
@@ -48,8 +49,8 @@ nan: .nan
 @pytest.fixture(autouse=True)
 def _fresh(monkeypatch):
     monkeypatch.setattr(files, "_documents", {})
-    monkeypatch.setattr(locations, "_others", {})
-    monkeypatch.setattr(locations, "_initial", {})
+    monkeypatch.setattr(registry, "_others", {})
+    monkeypatch.setattr(registry, "_initial", {})
 
 
 @pytest.fixture
@@ -211,8 +212,8 @@ def test_wrong_values_are_refused(mission, wrong):
 def test_a_value_given_at_start_does_not_touch_the_file(mission):
     name = source_of(load(mission)["speed"]).parameter
     files._documents.clear()
-    locations._others.clear()
-    locations.set_initial_values({name: 2.0}, pytest.fail)
+    registry._others.clear()
+    registry.set_initial_values({name: 2.0}, pytest.fail)
     data = load(mission)
     assert data["speed"] == 2.0 and mission.read_text() == MISSION
     assert load(mission)["speed"] == 2.0

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from rosslt_auto.provenance import NotInvertible
 from rosslt_auto.provenance.inversion import alternatives, invert, invert_many, reached
 from rosslt_auto.provenance.limits import Limits
-from rosslt_auto.provenance.locations import SourceChangeRefused, source_of
+from rosslt_auto.provenance.locations import source_of
+from rosslt_auto.provenance.sources import SourceChangeRefused
 from support.tracked import tracked
 
 

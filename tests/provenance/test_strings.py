@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosslt_auto.provenance import NotInvertible, TrackedStr, provenance, strings
-from rosslt_auto.provenance.locations import Source
+from rosslt_auto.provenance.sources import Source
 from rosslt_auto.provenance.values import is_tracked, leaf
 
 texts = st.text(max_size=12)

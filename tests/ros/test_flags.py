@@ -13,7 +13,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from rosslt_auto.provenance import is_tracked, provenance, refresh
 from rosslt_auto.provenance.inversion import invert
-from rosslt_auto.provenance.locations import SourceChangeRefused
+from rosslt_auto.provenance.sources import SourceChangeRefused
 from rosslt_auto.ros import flags, header, sequences
 from rosslt_auto.ros.encoding import Encoder
 from rosslt_auto.ros.fields import attach, collect, tracked_fields

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from geometry_msgs.msg import Point32, Twist
 
-from rosslt_auto.provenance.locations import Source
 from rosslt_auto.provenance.operators import OPERATORS
+from rosslt_auto.provenance.sources import Source
 from rosslt_auto.provenance.values import leaf, record, untracked
 from rosslt_auto.ros import forcing
 from rosslt_auto.ros.client import NoAnswer

@@ -17,8 +17,9 @@ from std_msgs.msg import MultiArrayDimension, UInt8MultiArray
 
 from rosslt_auto.provenance import Source, is_tracked, provenance
 from rosslt_auto.provenance.expressions import topological
-from rosslt_auto.provenance.locations import LiteralInfo, location_of, register_literals
+from rosslt_auto.provenance.locations import LiteralInfo
 from rosslt_auto.provenance.operators import OPERATORS
+from rosslt_auto.provenance.registry import location_of, register_literals
 from rosslt_auto.provenance.texts import text
 from rosslt_auto.provenance.values import leaf, record
 from rosslt_auto.ros import header

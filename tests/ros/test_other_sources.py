@@ -12,7 +12,7 @@ from rclpy.parameter import Parameter
 from rosslt_auto.instrument.file_calls import call_file
 from rosslt_auto.provenance import external, provenance
 from rosslt_auto.provenance.external import create_location
-from rosslt_auto.provenance.locations import Source
+from rosslt_auto.provenance.sources import Source
 from rosslt_auto.ros import parameters
 from support.woven import node_in
 

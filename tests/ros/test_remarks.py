@@ -7,7 +7,7 @@ import pytest
 
 from rosslt_auto.provenance import provenance
 from rosslt_auto.provenance.limits import Limits
-from rosslt_auto.provenance.locations import Source
+from rosslt_auto.provenance.sources import Source
 from rosslt_auto.provenance.values import leaf
 from rosslt_auto.ros.encoding import Encoder
 from rosslt_auto.ros.header import HeaderError, decode

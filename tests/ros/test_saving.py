@@ -12,7 +12,7 @@ import pytest
 from rclpy.node import Node
 
 from rosslt_auto.instrument.hook import instrumented_code
-from rosslt_auto.provenance import locations, refresh
+from rosslt_auto.provenance import refresh, registry
 from rosslt_auto.provenance.locations import Location, fingerprint
 from rosslt_auto.ros import changes, client, parameters, saving
 from rosslt_auto.ros.client import Place
@@ -36,7 +36,7 @@ class Module:
         exec(code, self.namespace)
         [self.literals] = [
             one
-            for one in locations.registered()
+            for one in registry.registered()
             if one.file == str(self.path) and one.content == fingerprint(one.file, source)
         ]
 
@@ -75,11 +75,11 @@ def save(*modules: Module) -> saving.Plan:
 
 @pytest.fixture(autouse=True)
 def _clean() -> Iterator[None]:
-    tables = dict(locations._tables)
+    tables = dict(registry._tables)
     names = set(vars(builtins))
     yield
-    locations._tables.clear()
-    locations._tables.update(tables)
+    registry._tables.clear()
+    registry._tables.update(tables)
     for name in set(vars(builtins)) - names:
         delattr(builtins, name)
 
@@ -356,11 +356,11 @@ def test_a_file_with_two_paths(tmp_path: Path) -> None:
 
 def test_a_value_given_at_start_is_no_literal(tmp_path: Path) -> None:
     name = "rosslt.saved_module.x"
-    locations.set_initial_values({name: 7.5}, pytest.fail)
+    registry.set_initial_values({name: 7.5}, pytest.fail)
     try:
         program = module(tmp_path, "x = 1.5\ny = 2.5\n")
     finally:
-        locations._initial.clear()
+        registry._initial.clear()
     program.change(y=3.5)
     plan = save(program)
     assert [place.parameter for place in plan.given] == [name]

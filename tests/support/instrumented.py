@@ -11,7 +11,7 @@ from typing import Any
 
 from rosslt_auto.instrument import hook
 from rosslt_auto.provenance import refresh
-from rosslt_auto.provenance.locations import count_executions, location_of
+from rosslt_auto.provenance.registry import count_executions, location_of
 
 _numbers = itertools.count()
 

@@ -9,13 +9,9 @@ import sys
 import types
 from typing import Any
 
-from rosslt_auto.provenance import locations, refresh
-from rosslt_auto.provenance.locations import (
-    LiteralInfo,
-    Location,
-    count_executions,
-    register_literals,
-)
+from rosslt_auto.provenance import refresh, registry
+from rosslt_auto.provenance.locations import LiteralInfo, Location
+from rosslt_auto.provenance.registry import count_executions, register_literals
 
 _MARK = re.compile(r"<(\w+)=(-?[\w.]+)([*?]?)>")
 _numbers = itertools.count()
@@ -59,7 +55,7 @@ class Program:
     def __exit__(self, *exc: object) -> None:
         del sys.modules[self.name]
         delattr(builtins, f"table_of_{self.name}")
-        del locations._tables[self.name]
+        del registry._tables[self.name]
 
     def location(self, name: str) -> Location:
         """The location of the literal with this name."""

@@ -11,12 +11,8 @@ from rclpy.context import Context
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 
-from rosslt_auto.provenance.locations import (
-    LiteralInfo,
-    Location,
-    count_executions,
-    register_literals,
-)
+from rosslt_auto.provenance.locations import LiteralInfo, Location
+from rosslt_auto.provenance.registry import count_executions, register_literals
 
 _numbers = itertools.count()
 
