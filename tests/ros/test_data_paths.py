@@ -101,7 +101,7 @@ PATHS: dict[str, tuple[str, dict[str, str]]] = {
     ),
     "an element of float32": (
         "msg = LaserScan(ranges=UNKNOWN); msg.ranges[1] = 0.1",
-        {"ranges[1]": "ranges"},
+        {"ranges[1]": "float32(ranges)"},
     ),
     "a slice": (
         "msg = JointState(position=UNKNOWN);"
