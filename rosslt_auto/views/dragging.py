@@ -79,7 +79,7 @@ class Choices:
 
     def choose(self, item: Item, path: str, source: Source | None) -> None:
         """The source for a field of an item, by its path in the message; None: the policy's."""
-        field_of_item = (item.key, path.removeprefix(f"{item.root}."))
+        field_of_item = (item.key, item.within(path))
         if source is None:
             self._sources.pop(field_of_item, None)
         else:

@@ -143,7 +143,7 @@ class Handles:
             points += spot.is_point
             if points > self.MAX_POINTS:
                 break
-            key = f"{item.key}:{spot.path}"
+            key = f"{item.key}:{item.within(spot.path)}"
             moves, turns = self._freedom(key, spot, fields)
             if moves or turns:
                 found.append(Handle(key, item.key, item.topic, spot, moves, turns))

@@ -78,7 +78,7 @@ class HandleMarkers:
                     continue
                 self._handles[key] = handle
                 if known is None or (known.moves, known.turns) != (handle.moves, handle.turns):
-                    self._server.insert(_marker(handle, _frame_id(item.tracked.message)))
+                    self._server.insert(_marker(handle, item.frame_id or "map"))
                     self._poses[key] = (handle.position, handle.rotation)
                 elif self._may_move(handle) and not _same(self._poses[key], handle):
                     self._server.move(key, _pose(handle.position, handle.rotation))
@@ -196,13 +196,6 @@ def _ball() -> InteractiveMarkerControl:
         always_visible=True,
         markers=[ball],
     )
-
-
-def _frame_id(message: Any) -> str:
-    if hasattr(message, "markers"):
-        return next((str(one.header.frame_id) for one in message.markers), "") or "map"
-    header = getattr(message, "header", None)
-    return (str(header.frame_id) if header is not None else "") or "map"
 
 
 def _same(pose: tuple[Any, Any], handle: Handle) -> bool:

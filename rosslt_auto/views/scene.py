@@ -70,6 +70,10 @@ class Item:
             self._picture = self._draw(self._part, self.root).placed(self.place)
         return self._picture
 
+    def within(self, path: str) -> str:
+        """A path in the message as one in this part of it, wherever that stands in the next."""
+        return path.removeprefix(f"{self.root}.") if self.root else path
+
 
 class Scene:
     """All items.

@@ -173,16 +173,17 @@ class Session:
                 return None
             dragger = Dragger(
                 Drag(item.tracked, self.choices.of(item)),
-                partial(self._latest, handle.item),
+                partial(self._latest, handle.item, item.root),
                 self._apply,
                 self.say,
             )
             self._drags[handle.key] = dragger
             return dragger
 
-    def _latest(self, key: str) -> Any:
+    def _latest(self, key: str, root: str) -> Any:
+        """The last message that has the item where the drag's paths say it is."""
         item = self.scene.get(key)
-        return None if item is None else item.tracked
+        return None if item is None or item.root != root else item.tracked
 
     def let_go(self, handle: Handle) -> None:
         """The drag ends: its last target is dealt with, then it can be undone."""
