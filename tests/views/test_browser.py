@@ -105,6 +105,12 @@ class Page:
             box["y"] + box["height"] / 2 - zoom * (away @ up),
         )
 
+    def drawn(self) -> None:
+        """Waits until the page has dealt with what the mouse has done, and has drawn that."""
+        self.tab.evaluate(
+            "() => new Promise(go => requestAnimationFrame(() => requestAnimationFrame(go)))"
+        )
+
     def hover(self, place: Place) -> None:
         """Until what can be dragged there says so by its colour: a slow page draws late."""
         x, y = self.pixel(*place)
@@ -113,7 +119,7 @@ class Page:
         def is_yellow() -> bool:
             self.tab.mouse.move(x + 60, y + 60)
             self.tab.mouse.move(x, y)
-            self.tab.wait_for_timeout(200)
+            self.drawn()
             shot = imageio.imread(self.tab.screenshot(clip=around, timeout=PATIENCE * 1000))
             colours = shot[..., :3].astype(int)
             return bool((colours[..., 2] < colours[..., :2].min(axis=-1) - 40).any())
@@ -128,17 +134,20 @@ class Page:
         mouse.down()
         for step in range(1, 9):
             mouse.move(*(p + (q - p) * step / 8 for p, q in zip(a, b, strict=True)))
-            self.tab.wait_for_timeout(100)
+            self.drawn()
             if frames:
                 self.shoot(f"{frames}{step}")
 
     def click(self, place: Place, shows: str) -> None:
         """Until the page shows the text: a slow one may not have drawn what is clicked."""
         text = self.tab.get_by_text(shows).first
+        canvas = self.tab.locator("canvas").first
 
         def clicked() -> bool:
             self.tab.mouse.move(*self.pixel(*place))
-            self.tab.wait_for_timeout(300)
+            self.drawn()
+            if "pointer" not in (canvas.get_attribute("style") or ""):
+                return False  # nothing to click is there yet
             self.tab.mouse.down()
             self.tab.mouse.up()
             with suppress(TimeoutError):
@@ -178,6 +187,8 @@ class Page:
         self.tab.get_by_text("HEIGHT = ").first.wait_for()
         self._undo_all()
         self.arrive(2.0, 1.5)
+        if self.tab.get_by_text("points[10]").count():  # its gizmo may be in front of others
+            _click_control_point(self)
 
     def arrive(self, x: float, z: float) -> None:
         """Waits until the quadcopter is there."""
@@ -197,7 +208,7 @@ class Page:
                 return True
             with suppress(TimeoutError):  # nothing to undo any more, and the panel lags behind
                 undo.click(timeout=2000)
-            self.tab.wait_for_timeout(300)
+            self.drawn()
             return False
 
         wait_until(nothing_left, "all is undone", PATIENCE)
