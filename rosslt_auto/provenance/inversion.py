@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from .chains import evaluate_chain, invert_chain
+from .clamps import in_order
 from .expressions import evaluate_many, is_leaf, operands, sources, topological
 from .locations import source_of
 from .operators import Operator
@@ -166,7 +167,13 @@ def _candidates(value: Any, only: str | None) -> list[Source]:
     open_ones = [source for source in found if not source.frozen]
     if found and not open_ones:
         raise NotInvertible("; ".join(map(_frozen, found)))
-    return open_ones
+    if only is not None:
+        return open_ones
+    kept = in_order(value, open_ones)
+    if open_ones and not kept:
+        idle = (f"{one.parameter} is a bound that is not met{place_of(one)}" for one in open_ones)
+        raise NotInvertible("; ".join(idle))
+    return kept
 
 
 def _frozen(source: Source) -> str:
@@ -297,13 +304,16 @@ def solve_for(value: Any, target: Any, source: Source) -> Solution:
     if source.frozen:
         raise NotInvertible(_frozen(source))
     path, below = _only_path(value, source)
-    wanted = _walk_back(path, target)
+    wanted = target
     try:
+        wanted = _walk_back(path, target)
         if not is_leaf(below):  # it occurs several times: inverses would undo only one of them
             raise NotInvertible("")
         return checked([(value, target)], {source: as_held(source, wanted)})
     except NotInvertible as refusal:
         # Where an inverse does not exist there may still be a solution on another side.
+        if wanted is target:
+            below = value
         if not (_is_number(untracked(below)) and _is_number(wanted)):
             raise
         try:
@@ -335,6 +345,8 @@ def _solve_chain(value: Any, target: Any) -> Solution | None:
         if found is None:
             return None
         leaf, steps, wanted = found
+        if any(forward is min or forward is max for forward, _, _ in steps):
+            return None  # a bound perhaps
         source = source_of(leaf)
         candidate = as_held(source, wanted)
         result = evaluate_chain(steps, candidate)

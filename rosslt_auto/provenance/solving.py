@@ -31,6 +31,14 @@ from .sources import Source, SourceChangeRefused
 MAX_STEPS = 60
 MAX_HALVINGS = 30
 SMALLEST_SCALE = 1e-3
+NEGLIGIBLE = 1e-4
+"""Part of the largest change, each for the size of its source, that is not worth making."""
+
+NEIGHBOURS = 16
+"""How far from its value a discrete source is tried where no slope leads anywhere."""
+
+_AFFORDABLE = 200
+"""Operations in an expression of which so many values are tried."""
 
 
 def solve(targets: Sequence[Target], chosen: Sequence[Source]) -> Changes:
@@ -48,7 +56,7 @@ def solve(targets: Sequence[Target], chosen: Sequence[Source]) -> Changes:
     if found is None:
         names = ", ".join(map(_named, chosen))
         raise NotInvertible(f"no value of {names} gives {_targets_text(targets)}")
-    return problem.held(found)
+    return problem.held(problem.settled(found))
 
 
 def is_discrete(source: Source) -> bool:
@@ -121,6 +129,16 @@ class _Problem:
             assert limits is not None
             point[worst] = limits.clamped(float(found[worst]))
             free.remove(worst)
+
+    def settled(self, found: Any) -> Any:
+        """A solution in which sources that hardly matter stay exactly as they are."""
+        moved = np.abs(found - self.start) / self.scale
+        still = moved < NEGLIGIBLE * moved.max()
+        if not (still & (moved > 0.0)).any():
+            return found
+        point = np.where(still, self.start, found)
+        again = self.inside(point, free=[i for i in range(len(point)) if not still[i]])
+        return found if again is None else again
 
     def _beyond(self, index: int, x: float) -> float:
         """How far a number is out of a source's range, for its size."""
@@ -274,16 +292,24 @@ def _miss(targets: Sequence[Target], changes: Changes) -> float:
         return math.inf
 
 
+def _neighbours(source: Source, now: float) -> list[Any]:
+    """The values of a discrete source around the present one, nearest first."""
+    step = 1.0 if source.limits is None or source.limits.step is None else source.limits.step
+    distances = [sign * step * n for n in range(1, NEIGHBOURS + 1) for sign in (-1, 1)]
+    return [_around(source, now + distance)[0] for distance in distances]
+
+
 def _candidates(targets: Sequence[Target], source: Source) -> list[int]:
-    """Whole numbers on both sides of the unrounded solution."""
+    """Values on both sides of the unrounded solution, and what is near the present one."""
     problem = _Problem(targets, [source])
     found = problem.newton(problem.start, [0])
     if found is None and len(targets) == 1:
         found = problem.bracket(float(problem.start[0]))
-    if found is None:
-        return []
+    tried = [] if found is None else _around(source, float(found[0]))
+    if len(problem.order) <= _AFFORDABLE:
+        tried += _neighbours(source, float(problem.start[0]))
     candidates = []
-    for near in _around(source, float(found[0])):
+    for near in dict.fromkeys(tried):
         try:
             candidates.append(source.check(near))
         except SourceChangeRefused:

@@ -243,3 +243,29 @@ def test_provenance_of_a_value() -> None:
     assert found.evaluate({"n": 5}) == found.evaluate({found.sources[0]: 5}) == 11
     assert found.invert(11).value == 11
     assert "9" in repr(found)
+
+
+def test_least_change_leaves_alone_what_hardly_matters() -> None:
+    """A source without influence keeps every digit: its literal is not rewritten."""
+    x, y = tracked(1.0, "x"), tracked(0.0, "angle")
+    tiny = tracked(2.0, "tiny")
+    value = x * apply("cos", y) + tiny * 1e-9
+    assert changes(value, 3.0, "least-change").keys() == {"x"}
+    value = x * apply("cos", y + 1e-12) + A * 0.0
+    assert changes(value, 3.0, "least-change").keys() == {"x"}
+
+
+@pytest.mark.parametrize(
+    ("value", "target", "source", "expected"),
+    [
+        (A % tracked(1.5, "d"), 0.7, "d", 1.3),
+        (apply("fmod", A, tracked(1.5, "d")), 0.8, "d", 1.2),
+        (tracked(3, "i") << tracked(2, "s"), 48, "s", 4), (N & 3, 3, "n", 3),
+        (apply("float", ~N), -9.0, "n", 8),
+    ],
+)  # fmt: skip
+def test_where_an_operator_has_no_inverse(
+    value: Any, target: Any, source: str, expected: Any
+) -> None:
+    """Its slope, or the numbers around the present one, lead there."""
+    assert changes(value, target, source=source) == pytest.approx({source: expected})

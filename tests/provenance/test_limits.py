@@ -11,7 +11,7 @@ from rosslt_auto.provenance.inversion import alternatives, invert, invert_many, 
 from rosslt_auto.provenance.limits import Limits
 from rosslt_auto.provenance.locations import source_of
 from rosslt_auto.provenance.sources import SourceChangeRefused
-from support.tracked import tracked
+from support.tracked import apply, tracked
 
 
 def limited(value: Any, name: str, *ends: Any) -> Any:
@@ -141,3 +141,40 @@ def test_a_value_in_the_range_is_converted_before() -> None:
     assert source_of(A).check(2) == 2.0
     with pytest.raises(SourceChangeRefused, match="must be finite"):
         source_of(A).check(float("nan"))
+
+
+MIN, MAX, V = tracked(-0.5, "low"), tracked(0.5, "high"), tracked(0.3, "v")
+
+
+@pytest.mark.parametrize("speed", [V, V * 1.0, V + 0.0])
+def test_idle_bounds_of_a_clamp_stay(speed: Any) -> None:
+    """The lower one would give any value above it, which nobody means."""
+    clamped = apply("max", MIN, apply("min", MAX, speed))
+    for target in (0.4, 0.1, -0.2):
+        assert changes(clamped, target) == pytest.approx({"v": target})
+        assert changes(clamped, target, "least-change") == pytest.approx({"v": target})
+    with pytest.raises(NotInvertible, match=r"limited to 0\.5"):
+        invert(clamped, 0.8)
+    with pytest.raises(NotInvertible, match=r"limited to -0\.5"):
+        invert(clamped, -0.8)
+    assert changes(clamped, 0.8, source="low") == {"low": 0.8}  # for whoever says so
+
+
+def test_a_bound_that_holds_the_value_gives_way() -> None:
+    saturated = apply("max", MIN, apply("min", MAX, V * 4.0))
+    assert changes(saturated, 0.8) == {"high": 0.8}
+    assert changes(saturated, 1.5, "least-change") == pytest.approx({"high": 1.5, "v": 0.375})
+    assert changes(saturated, 0.2, source="v") == pytest.approx({"v": 0.05})
+
+
+def test_least_change_moves_a_bound_and_what_it_holds() -> None:
+    clamped = apply("max", -MAX, apply("min", tracked(0.6, "limit"), V * 2.0))
+    assert changes(clamped, 0.9, "least-change") == pytest.approx({"limit": 0.9, "v": 0.45})
+    with pytest.raises(NotInvertible, match=r"limited to 0\.6"):
+        invert(clamped, 0.9)
+
+
+def test_a_bound_alone_is_no_source_of_what_it_does_not_hold() -> None:
+    with pytest.raises(NotInvertible, match="low is a bound that is not met"):
+        invert(apply("max", MIN, 0.25), 0.5)
+    assert changes(apply("max", MIN, -3.0), 0.5) == {"low": 0.5}
