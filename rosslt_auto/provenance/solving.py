@@ -51,6 +51,9 @@ def solve(targets: Sequence[Target], chosen: Sequence[Source]) -> Changes:
         raise NotInvertible("the value has no sources that can be changed")
     problem = _Problem(targets, chosen)
     found = problem.inside(problem.start, free=list(range(len(chosen))))
+    continuous = [i for i, source in enumerate(chosen) if not is_discrete(source)]
+    if found is None and 0 < len(continuous) < len(chosen):
+        found = problem.inside(problem.start, free=continuous)
     if found is None and len(chosen) == 1 and len(targets) == 1:
         found = problem.bracket(float(problem.start[0]))
     if found is None:
@@ -93,8 +96,14 @@ class _Problem:
         self.scale = np.maximum(np.abs(self.start), SMALLEST_SCALE)
 
     def changes(self, point: Any) -> Changes:
-        """The sources' values at a point; those of discrete sources stay unrounded."""
-        return {source: float(x) for source, x in zip(self.sources, point, strict=True)}
+        """The sources' values at a point; those of discrete sources stay unrounded.
+
+        Whole numbers of int sources are ints, for operators that take nothing else.
+        """
+        found: Changes = {}
+        for source, x in zip(self.sources, point.tolist(), strict=True):
+            found[source] = int(x) if source.kind == "int" and x.is_integer() else x
+        return found
 
     def at(self, point: Any) -> Any:
         """The values at a point, None where there are none."""
@@ -198,7 +207,7 @@ class _Problem:
         goal = float(self.goals[0])
 
         def miss(x: float) -> float:
-            values = self.at([x]) if not self._beyond(0, x) else None
+            values = self.at(np.array([x])) if not self._beyond(0, x) else None
             return math.nan if values is None else float(values[0]) - goal
 
         miss = functools.cache(miss)  # neighbouring intervals share their ends
@@ -209,7 +218,7 @@ class _Problem:
         ]
 
         def worth(x: float) -> tuple[bool, float]:
-            values = self.at([x])
+            values = self.at(np.array([x]))
             return values is None or not self._good_enough(values), abs(x - start)
 
         return np.array([min(found, key=worth)]) if found else None

@@ -269,3 +269,8 @@ def test_where_an_operator_has_no_inverse(
 ) -> None:
     """Its slope, or the numbers around the present one, lead there."""
     assert changes(value, target, source=source) == pytest.approx({source: expected})
+
+
+def test_least_change_with_whole_numbers_in_the_way() -> None:
+    """A shift takes no fractions: the other sources go without it."""
+    assert changes(A + (N >> 1), 5.0, "least-change") == {"a": 3.0}
