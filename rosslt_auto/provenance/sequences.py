@@ -226,7 +226,8 @@ class TrackableBuffer(_array, metaclass=_PlainArrayType):
             _tracking(self).insert(index, value)
 
     def extend(self, values: Any) -> None:
-        if type(values) is _array:
+        kind = type(values)
+        if kind is _array or kind is bytes or kind is bytearray:
             _array.extend(self, values)
         else:
             _tracking(self).extend(values)

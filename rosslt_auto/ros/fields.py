@@ -33,8 +33,8 @@ from .header import Header, HeaderError, Outline
 FLOATS = frozenset({"float", "double", "long double"})
 INTEGERS = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
 TRUTH = "boolean"
-_PLAIN_ELEMENTS = frozenset({"int8", "uint8", TRUTH})
-"""Types of which sequences are plain: they are data (images, maps, texts), or have no place."""
+_PLAIN_ELEMENTS = frozenset({TRUTH})
+"""Types of which sequences are plain: their elements have no place for it."""
 
 LONG = 4096
 """Longer sequences are data (images, clouds): their elements are plain."""

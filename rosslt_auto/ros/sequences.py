@@ -29,6 +29,9 @@ from . import fields, flags
 _FEW = 64
 """Fixed-size arrays up to this one (covariances, matrices) note what is assigned to elements."""
 
+_BYTES = "bB"
+"""Type codes of ``int8[]`` and ``uint8[]``."""
+
 _array = array.array
 _trackable = sequences.TrackableBuffer
 _log = logging.getLogger(__name__)
@@ -185,10 +188,11 @@ def _quick_setter(
         kind = type(value)
         if (
             kind is _array
-            or ((kind is list or kind is tuple) and (all_exact(value) or not any_tracked(value)))
-        ) and not message._check_fields:
+            or ((kind is list or kind is tuple)
+                and (_is_data(typecode, value) or all_exact(value) or not any_tracked(value)))
+        ) and not message._check_fields:  # fmt: skip
             try:
-                made = _trackable(typecode, value)
+                made = (_array if _is_data(typecode, value) else _trackable)(typecode, value)
             except Exception:
                 made = None  # the plain setter is to say so
             if made is not None:
@@ -197,6 +201,11 @@ def _quick_setter(
         thorough(message, value)
 
     return setter
+
+
+def _is_data(typecode: str, items: Any) -> bool:
+    """Whether these are the bytes of something, an image or a map: nothing is to be asked of it."""
+    return typecode in _BYTES and len(items) > fields.LONG
 
 
 def _readable(value: Any) -> tuple[Any, Any]:
@@ -224,6 +233,8 @@ def _after(message: Any, slot: str, original: Any) -> None:
     if (type(held) is not _array and type(held) is not _trackable) or held is original:
         return
     kind = type(original)
+    if _is_data(held.typecode, held):
+        return
     if kind is list or kind is tuple or id(kind) in READERS:
         shadow = sequences.shadow(held.typecode, held, original)
         if shadow is not held:
