@@ -37,6 +37,10 @@ class NotInvertible(ValueError):
     """No change of a source gives the wanted value; the message says why."""
 
 
+class NoInverse(NotInvertible):
+    """An operator on the way has no inverse for its operand; its slope may lead on."""
+
+
 @dataclass
 class Solution:
     """A checked answer.
@@ -304,16 +308,20 @@ def solve_for(value: Any, target: Any, source: Source) -> Solution:
     if source.frozen:
         raise NotInvertible(_frozen(source))
     path, below = _only_path(value, source)
+    walked = False
     wanted = target
     try:
         wanted = _walk_back(path, target)
+        walked = True
         if not is_leaf(below):  # it occurs several times: inverses would undo only one of them
             raise NotInvertible("")
         return checked([(value, target)], {source: as_held(source, wanted)})
     except NotInvertible as refusal:
         # Where an inverse does not exist there may still be a solution on another side.
-        if wanted is target:
+        if not walked and (isinstance(refusal, NoInverse) or source.kind == "int"):
             below = value
+        elif not walked:
+            raise  # no value gives it; where floats saturate, one would only seem to
         if not (_is_number(untracked(below)) and _is_number(wanted)):
             raise
         try:
@@ -404,7 +412,7 @@ def _walk_back(path: list[_Step], target: Any) -> Any:
     for op, index, held in path:
         inverse = op.inverse(index)
         if inverse is None:
-            raise NotInvertible(f"{op.symbol} cannot be inverted")
+            raise NoInverse(f"{op.symbol} cannot be inverted")
         try:
             target = inverse(target, *map(untracked, held))
         except (ArithmeticError, ValueError, TypeError) as error:
