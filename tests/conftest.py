@@ -22,11 +22,12 @@ for _name in ("ROS_PYTHON_CHECK_FIELDS", "ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY
     os.environ.pop(_name, None)
 
 
-# How long an example takes says more of the machine than of what is tested.
-settings.register_profile(
-    "any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True
-)
-settings.load_profile("any machine")
+# How long an example takes says more of the machine than of what is tested; and a change should
+# fail for what it does and not for new examples: those are for --hypothesis-profile=explore.
+_SETTINGS = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True)
+settings.register_profile("explore", _SETTINGS)
+settings.register_profile("same for all", _SETTINGS, derandomize=True)
+settings.load_profile("same for all")
 
 NETWORKED = ("cli", "e2e", "ros", "views")
 """Folders whose tests find each other over DDS, in time that a busy machine may not give them."""

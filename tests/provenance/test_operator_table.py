@@ -92,6 +92,9 @@ CASES = [
     Case("hypot", (away, away), (0, 1)),
     Case("sum", (wide, wide, wide), (0, 1, 2)),
 ]
+REPEATING = ("mod", "fmod", "remainder", "sin", "cos", "tan")
+"""Their results may be much smaller than their operands, and are as inexact as those."""
+
 IDS = [f"{case.name}{case.solvable}" for case in CASES]
 
 
@@ -111,6 +114,10 @@ def test_what_the_operator_gives_can_be_asked_for(case: Case, data: Any) -> None
         assume(type(target) is int or math.isfinite(target))
         if case.name == "mod":  # which rounding may make as large as the divisor
             assume(target < present[1])
+        if case.name == "remainder":  # which jumps at halves of it
+            assume(abs(target) < 0.499 * present[1])
+        if case.name in REPEATING:  # and which is lost beside a large operand
+            assume(not 0 < abs(target) < 1e-6 * abs(present[0]))
         operands = [tracked(v, f"s{i}") if i == index else v for i, v in enumerate(present)]
         value = apply(case.name, *operands)
         try:
@@ -120,7 +127,8 @@ def test_what_the_operator_gives_can_be_asked_for(case: Case, data: Any) -> None
             assert slope < 1e-6 or case.on_grid, f"{other} gives it"
             raise
         assert solution.exact
-        assert reached(solution.value, target)
+        rounding = 1e-14 * abs(present[0]) if case.name in REPEATING else 0.0
+        assert reached(solution.value, target) or abs(solution.value - target) < rounding
 
 
 @pytest.mark.parametrize("case", CASES, ids=IDS)
