@@ -8,10 +8,9 @@ import math
 import os
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +26,6 @@ from playwright.sync_api import TimeoutError, sync_playwright
 from visualization_msgs.msg import Marker
 
 from rosslt_auto.views.browser import CAMERA
-from support.domains import reserved_domain
 from support.observer import Observer, Recording
 from support.process import SAMPLES, Program, environment, start
 from support.waiting import wait_until
@@ -80,7 +78,6 @@ class Page:
     tab: Any
     mission: Path
     script: Program
-    start_script: Callable[[], Program]
     observer: Observer
     target: Recording
     quad: Recording
@@ -172,24 +169,6 @@ class Page:
         self.tab.get_by_label(what).first.click()
         self.tab.get_by_role("option", name=option).first.click()
 
-    def restore(self) -> None:
-        """All is as at the beginning, whatever a test before has done, also one that has failed."""
-        self.tab.mouse.up()
-        self.tab.keyboard.press("Escape")  # closes what Save opens
-        if not self.script.running:
-            self.script = self.start_script()
-        if self.mission.read_text() != MISSION:
-            self.mission.write_text(MISSION)
-        for what, option in (("Policy", "left"), ("Change", "automatic")):
-            dropdown = self.tab.get_by_label(what).first
-            if dropdown.is_visible() and dropdown.input_value() != option:
-                self.choose(what, option)
-        self.tab.get_by_text("HEIGHT = ").first.wait_for()
-        self._undo_all()
-        self.arrive(2.0, 1.5)
-        if self.tab.get_by_text("points[10]").count():  # its gizmo may be in front of others
-            _click_control_point(self)
-
     def arrive(self, x: float, z: float) -> None:
         """Waits until the quadcopter is there."""
 
@@ -198,55 +177,42 @@ class Page:
 
         self.quad.until(there, since=len(self.quad), deadline=PATIENCE)
 
-    def _undo_all(self) -> None:
-        """Until the literals are what they were."""
-        changed = self.tab.locator("mark.changed")
-        undo = self.tab.get_by_role("button", name="Undo")
 
-        def nothing_left() -> bool:
-            if not changed.count():
-                return True
-            with suppress(TimeoutError):  # nothing to undo any more, and the panel lags behind
-                undo.click(timeout=2000)
-            self.drawn()
-            return False
-
-        wait_until(nothing_left, "all is undone", PATIENCE)
+@pytest.fixture
+def chromium() -> Iterator[Any]:
+    """A browser of its own, too: one that has drawn for long in software becomes slow."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        yield browser
+        browser.close()
 
 
-@pytest.fixture(scope="module")
-def flight(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    folder = tmp_path_factory.mktemp("flight") / "sample_nodes"
+@pytest.fixture
+def page(chromium: Any, own_domain: int, own_observer: Observer, tmp_path: Path) -> Iterator[Page]:
+    """The page when the quadcopter has arrived, with nodes and a mission of its own."""
+    folder = tmp_path / "sample_nodes"
     folder.mkdir()
     for name in NODES:
         shutil.copy(SAMPLES / name, folder)
     mission = folder / "mission.py"
     mission.write_text(MISSION)
+    target = own_observer.record(Pose, "target_pose")
+    quad = own_observer.record(Pose, "quad_pose")
+    curve = own_observer.record(Marker, "trajectory_marker")
     with ExitStack() as stack:
-        domain = stack.enter_context(reserved_domain())
-
-        def node(name: str) -> Program:
-            return stack.enter_context(start(folder / name, domain=domain, instrumented=True))
-
-        script, *_ = [node(name) for name in NODES]
+        script, *_ = [
+            stack.enter_context(start(folder / name, domain=own_domain, instrumented=True))
+            for name in NODES
+        ]
         command = [sys.executable, "-m", "rosslt_auto", "view", *TOPICS]
-        view = stack.enter_context(Program(command, environment(domain), cwd=folder.parent))
-        observer = stack.enter_context(Observer(domain))
-        target, quad = observer.record(Pose, "target_pose"), observer.record(Pose, "quad_pose")
-        curve = observer.record(Marker, "trajectory_marker")
+        view = stack.enter_context(Program(command, environment(own_domain), cwd=tmp_path))
         [address] = view.stdout.matching("^http://", deadline=60.0)
-        playwright = stack.enter_context(sync_playwright())
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
-        stack.callback(browser.close)
-        tab = _tab(browser, address)
-        yield Page(tab, mission, script, partial(node, NODES[0]), observer, target, quad, curve)
-
-
-@pytest.fixture
-def page(flight: Page) -> Page:
-    """The page as it is at the beginning."""
-    flight.restore()
-    return flight
+        tab = _tab(chromium, address)
+        stack.callback(tab.close)
+        tab.get_by_text("HEIGHT = ").first.wait_for()
+        page = Page(tab, mission, script, own_observer, target, quad, curve)
+        page.arrive(2.0, 1.5)
+        yield page
 
 
 def _tab(browser: Any, address: str) -> Any:
