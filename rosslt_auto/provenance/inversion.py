@@ -308,30 +308,36 @@ def solve_for(value: Any, target: Any, source: Source) -> Solution:
     if source.frozen:
         raise NotInvertible(_frozen(source))
     path, below = _only_path(value, source)
-    walked = False
-    wanted = target
     try:
         wanted = _walk_back(path, target)
-        walked = True
+    except NotInvertible as refusal:
+        # Where floats saturate no value gives it, and one would only seem to.
+        if isinstance(refusal, NoInverse) or source.kind == "int":
+            return _searched((value, target), (value, target), source, refusal)
+        raise
+    try:
         if not is_leaf(below):  # it occurs several times: inverses would undo only one of them
             raise NotInvertible("")
         return checked([(value, target)], {source: as_held(source, wanted)})
     except NotInvertible as refusal:
-        # Where an inverse does not exist there may still be a solution on another side.
-        if not walked and (isinstance(refusal, NoInverse) or source.kind == "int"):
-            below = value
-        elif not walked:
-            raise  # no value gives it; where floats saturate, one would only seem to
-        if not (_is_number(untracked(below)) and _is_number(wanted)):
-            raise
-        try:
-            changes = _solve_jointly([(below, wanted)], [source])
-            return checked([(value, target)], changes)
-        except NotInvertible as other:
-            tried = _by_trying((below, wanted), source)
-            if tried is None:
-                raise (refusal if str(refusal) else other) from None
-            return checked([(value, target)], tried)
+        return _searched((value, target), (below, wanted), source, refusal)
+
+
+def _searched(whole: Target, part: Target, source: Source, refusal: NotInvertible) -> Solution:
+    """A solution where inverses alone give none: there may be one on another side.
+
+    part     what is to be reached below, so that the whole is
+    refusal  what the inverses said, raised where there is no solution either
+    """
+    if not (_is_number(untracked(part[0])) and _is_number(part[1])):
+        raise refusal
+    try:
+        return checked([whole], _solve_jointly([part], [source]))
+    except NotInvertible as other:
+        tried = _by_trying(part, source)
+        if tried is None:
+            raise (refusal if str(refusal) else other) from None
+        return checked([whole], tried)
 
 
 def _is_number(value: Any) -> bool:
