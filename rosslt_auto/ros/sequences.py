@@ -186,18 +186,16 @@ def _quick_setter(
     @unseen
     def setter(message: Any, value: Any) -> None:
         kind = type(value)
-        if (
-            kind is _array
-            or ((kind is list or kind is tuple)
-                and (_is_data(typecode, value) or all_exact(value) or not any_tracked(value)))
-        ) and not message._check_fields:  # fmt: skip
-            try:
-                made = (_array if _is_data(typecode, value) else _trackable)(typecode, value)
-            except Exception:
-                made = None  # the plain setter is to say so
-            if made is not None:
-                store(message, made)
-                return
+        if (kind is _array or kind is list or kind is tuple) and not message._check_fields:
+            data = _is_data(typecode, value)
+            if data or kind is _array or all_exact(value) or not any_tracked(value):
+                try:
+                    made = (_array if data else _trackable)(typecode, value)
+                except Exception:
+                    made = None  # the plain setter is to say so
+                if made is not None:
+                    store(message, made)
+                    return
         thorough(message, value)
 
     return setter
