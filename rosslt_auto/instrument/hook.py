@@ -29,6 +29,9 @@ _SourceLoader = next(cls for cls in SourceFileLoader.__mro__ if "get_code" in va
 _WITHOUT_SOURCE = (zipimport.zipimporter, SourcelessFileLoader)
 """Loaders of modules that may exist as ``.pyc`` only."""
 
+_ASPECTS: Any = (array_calls, exact_types, pytest_modules, run_path, consoles)
+"""Further join points, each with `install` and `uninstall`."""
+
 _selections: list[Selection] = []
 _points = JoinPoints()
 _warned: set[str] = set()
@@ -41,11 +44,8 @@ def install(selection: Selection) -> None:
     """Instruments the modules that `selection` selects, from their next import on."""
     if selection not in _selections:
         _selections.append(selection)
-    array_calls.install()
-    exact_types.install()
-    pytest_modules.install()
-    run_path.install()
-    consoles.install()
+    for aspect in _ASPECTS:
+        aspect.install()
     for loader in (_SourceLoader, *_WITHOUT_SOURCE):
         _points.replace(loader, "get_code", _advised)
 
@@ -54,11 +54,8 @@ def uninstall() -> None:
     """Imports are plain again. Modules that are instrumented already stay so."""
     _selections.clear()
     loaded.clear()
-    array_calls.uninstall()
-    exact_types.uninstall()
-    pytest_modules.uninstall()
-    run_path.uninstall()
-    consoles.uninstall()
+    for aspect in _ASPECTS:
+        aspect.uninstall()
     _points.restore()
 
 
