@@ -1,8 +1,9 @@
 """Histories stay bounded: a long expression is replaced by what it comes to (design 3.4).
 
 An expression that is affine in its terms (`forms`) is folded exactly; any other by its first-order
-form around the values that the sources have, and marked as such (operator "linear"). Either way the
-value is the same bit for bit as long as no source changes.
+form around the values that the sources have, and marked as such (operator "linear"). A text becomes
+the texts that it is made of (`excerpts`). Either way the value is the same bit for bit as long as
+no source changes.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import Any
 
 from .expressions import operands, topological
 from .forms import KEEPS_AFFINE, LINEAR, TERM_DEPTH, Forms, one_tracked
+from .operators import OPERATORS
 from .values import DEPTH_LIMIT, is_tracked
 
 MAX_TERMS = 64
@@ -26,6 +28,9 @@ NODE_LIMIT = 16 * DEPTH_LIMIT
 
 WIDE_TERMS = 8
 """`MAX_TERMS` of each of the many values of a wide expression."""
+
+APPROXIMATE = frozenset({LINEAR, OPERATORS["excerpts"]})
+"""Operators of what is known only around the values that sources have."""
 
 KEPT_AROUND = 32
 """Operations around exact parts that `fold` keeps."""

@@ -11,6 +11,7 @@ import math
 from collections.abc import Set
 from typing import Any
 
+from .excerpts import fold_text
 from .expressions import is_leaf, operands, slope_by, topological
 from .locations import source_of
 from .operators import OPERATORS
@@ -46,6 +47,8 @@ Form = tuple[dict[int, float], Set[int], bool]
 whether that is the whole truth. Forms are shared."""
 
 _NONE: frozenset[int] = frozenset()
+
+_UNKNOWN: Form = ({}, _NONE, False)
 
 _LARGE = 10**300
 
@@ -90,6 +93,8 @@ class Forms:
             leaf = self._first(node, (source_of(node), node._v))
             self._terms[id(leaf)] = leaf
             return ({id(leaf): 1.0}, _NONE, True)
+        if type(node._v) is str and node._depth > TERM_DEPTH:
+            return _UNKNOWN  # a text has no slopes
         form = self._combined(node._op, below)
         if len(form[0]) > MAX_SHORT and self._short:
             form = self._few_short(form)
@@ -195,7 +200,8 @@ class Forms:
     def _replace(self, node: Any, form: Form) -> None:
         """Makes `node` one operator over its terms."""
         if type(node._v) is str:
-            _fold_text(node)
+            if not fold_text(node, TERM_DEPTH):
+                _forget_way_back(node)
             return
         same = self._same.get(id(node))
         if same is not None and id(same) in form[0]:
@@ -232,7 +238,7 @@ def _added(a: Form, b: Form) -> Form:
     return (slopes, repeated, a[2] and b[2])
 
 
-def _fold_text(value: Any) -> None:
+def _forget_way_back(value: Any) -> None:
     """A text keeps the knowledge of its sources, but no way back."""
     leaves = {source_of(node): node for node in topological([value]) if is_leaf(node)}
     kept = list(leaves.values())[:MAX_SOURCES]

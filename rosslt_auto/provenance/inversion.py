@@ -7,9 +7,10 @@ that occurs several times, or several sources for several values together, numer
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -134,9 +135,9 @@ def invert_many(
     try:
         return POLICIES[policy](targets, candidates)
     except NotInvertible as refusal:
-        apart = _taken_apart(targets) if source is None else None
-        if apart is not None:
-            return checked(targets, invert_many(apart, policy).changes)
+        for apart in filter(None, _taken_apart(targets) if source is None else ()):
+            with contextlib.suppress(NotInvertible):
+                return checked(targets, invert_many(apart, policy).changes)
         everything = list(dict.fromkeys(s for found in candidates for s in found))
         return _nearest(targets, everything, str(refusal))
 
@@ -265,13 +266,14 @@ def _solve_jointly(targets: Sequence[Target], chosen: list[Source]) -> Changes:
     return solve(targets, chosen)
 
 
-def _taken_apart(targets: Sequence[Target]) -> list[Target] | None:
+def _taken_apart(targets: Sequence[Target]) -> Iterator[list[Target]]:
     """One text as the pieces that it is made of, where more than one of them differs."""
+    from .excerpts import aligned
     from .text_inversion import take_apart
 
-    if len(targets) != 1 or type(targets[0][1]) is not str:
-        return None
-    return take_apart(*targets[0])
+    if len(targets) == 1 and type(targets[0][1]) is str:
+        yield take_apart(*targets[0]) or []
+        yield aligned(*targets[0]) or []
 
 
 def _nearest(targets: Sequence[Target], candidates: list[Source], reason: str) -> Solution:
@@ -329,6 +331,8 @@ def _searched(whole: Target, part: Target, source: Source, refusal: NotInvertibl
     part     what is to be reached below, so that the whole is
     refusal  what the inverses said, raised where there is no solution either
     """
+    if type(part[1]) is str:
+        return _aligned(whole, source, refusal)
     if not (_is_number(untracked(part[0])) and _is_number(part[1])):
         raise refusal
     try:
@@ -338,6 +342,16 @@ def _searched(whole: Target, part: Target, source: Source, refusal: NotInvertibl
         if tried is None:
             raise (refusal if str(refusal) else other) from None
         return checked([whole], tried)
+
+
+def _aligned(whole: Target, source: Source, refusal: NotInvertible) -> Solution:
+    """A text that stands in the whole several times, or parts of it."""
+    from .excerpts import aligned
+
+    apart = aligned(*whole) or []
+    if len(apart) != 1 or not is_leaf(apart[0][0]) or source_of(apart[0][0]) != source:
+        raise refusal
+    return checked([whole], {source: as_held(source, apart[0][1])})
 
 
 def _is_number(value: Any) -> bool:
@@ -418,7 +432,8 @@ def _walk_back(path: list[_Step], target: Any) -> Any:
     for op, index, held in path:
         inverse = op.inverse(index)
         if inverse is None:
-            raise NoInverse(f"{op.symbol} cannot be inverted")
+            known = op.domain if not any(op.inverses) else ""
+            raise NoInverse(known or f"{op.symbol} cannot be inverted")
         try:
             target = inverse(target, *map(untracked, held))
         except (ArithmeticError, ValueError, TypeError) as error:

@@ -254,6 +254,13 @@ def _join_inverse(index: int) -> Inverse | None:
     return inverse
 
 
+def _part_inverse(index: int) -> Inverse:
+    def inverse(target: str, *parts: str) -> str:
+        return cut(target, "".join(parts[:index]), "".join(parts[index + 1 :]))
+
+    return inverse
+
+
 def _sliced(text: str, *bounds: Any) -> str:
     return text[bounds[0]] if len(bounds) == 1 else text[slice(*bounds)]
 
@@ -300,6 +307,8 @@ for _row in (
     Operator("repr", "repr", None, repr, (None,)),
     AnyOperands("slice", "slice", _sliced, lambda index: _unsliced if index == 0 else None),
     AnyOperands("join", "join", _joined, _join_inverse),
+    # What is left of a text that was cut, as long as its parts keep their lengths.
+    AnyOperands("excerpts", "excerpts", lambda *parts: "".join(parts), _part_inverse),
     AnyOperands("pieces", "f", join_pieces, _piece_inverse),
     AnyOperands("percent", "%", _percent, _templated(True)),
     AnyOperands("format", "format", _format, _templated(False)),
@@ -307,6 +316,7 @@ for _row in (
     Operator("lower", "lower", None, str.lower),
     Operator("strip", "strip", None, str.strip, (_unstrip,)),
     # What is left of a text that has grown too long a history: its sources, and no way back.
-    Operator("remembered", "from", None, lambda text, *sources: text),
+    Operator("remembered", "from", None, lambda text, *sources: text,
+             domain="of this text no more is known than its sources"),
 ):  # fmt: skip
     add(_row)

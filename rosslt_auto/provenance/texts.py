@@ -95,6 +95,7 @@ def _slice(parts: list[_Part], below: tuple[Any, ...]) -> str:
 _SPECIAL: dict[str, Callable[[list[_Part], tuple[Any, ...]], str]] = {
     "affine": _affine,
     "linear": _linear,
+    "excerpts": lambda parts, below: f"≈ {' + '.join(part for part, _ in parts)}",
     "pieces": _pieces,
     "slice": _slice,
     "join": lambda parts, below: f"{parts[0][0]}.join({_list(parts[1:])})",

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rosslt_auto.provenance.expressions import evaluate, leaves, topological
-from rosslt_auto.provenance.folding import LINEAR
+from rosslt_auto.provenance.folding import APPROXIMATE
 from rosslt_auto.provenance.inversion import (
     POLICIES,
     NotInvertible,
@@ -401,7 +401,7 @@ def _carries_change(
 
 def _is_approximate(value: Any) -> bool:
     """Whether part of the history was replaced by its first-order form (`folding`)."""
-    return any(node._op is LINEAR for node in topological([value]))
+    return any(node._op in APPROXIMATE for node in topological([value]))
 
 
 def _explanation(

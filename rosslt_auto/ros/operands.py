@@ -106,7 +106,7 @@ def _any(result: type, operands: Kinds) -> bool:
 
 _RULES: dict[str, Callable[[type, Kinds], bool]] = {
     **dict.fromkeys(("same", "int", "float", "str", "repr", "remembered"), _any),
-    **dict.fromkeys(("concat", "join", "upper", "lower", "strip"), _texts),
+    **dict.fromkeys(("concat", "excerpts", "join", "upper", "lower", "strip"), _texts),
     **dict.fromkeys(("percent", "format"), _of_text),
     **dict.fromkeys(("read_int", "read_float"), _from_text),
     "repeat": _part_of_text,

@@ -10,12 +10,16 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from rosslt_auto.provenance import Source, folding, provenance, untracked
+from rosslt_auto.provenance import NotInvertible, Source, folding, provenance, untracked
+from rosslt_auto.provenance.excerpts import excerpts, fold_text
 from rosslt_auto.provenance.expressions import evaluate, gradient, operands, topological
 from rosslt_auto.provenance.folding import MAX_TERMS, fold
-from rosslt_auto.provenance.forms import Forms
-from rosslt_auto.provenance.values import DEPTH_LIMIT, leaf
+from rosslt_auto.provenance.forms import TERM_DEPTH, Forms
+from rosslt_auto.provenance.operators import OPERATORS
+from rosslt_auto.provenance.values import DEPTH_LIMIT, is_tracked, leaf, record
 from support.tracked import apply, bits, sources_by_name, tracked
 
 STEPS = 100_000
@@ -255,6 +259,66 @@ def test_a_text_that_grows_and_is_cut(length: int) -> None:
     assert evaluate(value, {}) == plain
     assert {"word", "other"} <= set(sources_by_name(value))
     assert max(sizes) < 3 * DEPTH_LIMIT
+    for folded in (False, True):
+        if folded:
+            fold(value)
+            assert operators_of(value) == {"excerpts" if length == 20 else "remembered", "source"}
+        if length == 200 and folded:
+            continue
+        found = provenance(value).invert(plain.replace("ab", "xy")).changes
+        assert {source.parameter: new for source, new in found.items()} == {"word": "xy"}
+        changes = {"word": "no", "other": "!"}
+        expected = plain.replace("ab", "no").replace("c", "!")
+        assert provenance(value).evaluate(changes) == expected
+
+
+def test_a_text_that_grows_is_folded_exactly() -> None:
+    """Numbers in it can still be read back, and texts may have other lengths."""
+    word, count = text("ab", "word"), tracked(3, "count")
+    value: Any = ""
+    for i in range(8):
+        piece = record(OPERATORS["pieces"], f"{count._v:d};", count, None, "d", ";", None, "")
+        value = value + (piece if i == 4 else word)
+    fold_text(value, TERM_DEPTH)
+    assert operators_of(value) == {"join", "pieces", "source"}
+    assert provenance(value).evaluate({"word": "."}) == "....3;..."
+    assert untracked(value) == "abababab3;ababab"
+    found = provenance(value).invert("xyxyxyxy4;xyxyxy").changes
+    assert {s.parameter: new for s, new in found.items()} == {"word": "xy", "count": 4}
+
+
+@given(st.lists(st.tuples(st.sampled_from("+s%jp"), st.integers(-5, 12), st.integers(-5, 12))))
+def test_excerpts_are_what_a_text_is_made_of(steps: list[tuple[str, int, int]]) -> None:
+    word, other = text("word", "word"), text("_o_", "other")
+    value: Any = word
+    for kind, i, j in steps:
+        before = untracked(value)
+        match kind:
+            case "+":
+                value = value + (word, other, "plain")[i % 3]
+            case "s" if before[i:j]:
+                value = value[i:j]
+            case "p" if before[i : i + 1]:
+                value = value[i]
+            case "%":
+                value = other % () + value
+            case "j":
+                value = other.join([value, word, "x"][: 1 + j % 3])
+    found = excerpts(topological([value])) if is_tracked(value) else []
+    if found is None:
+        return
+    assert "".join(untracked(part.value()) for part in found) == (untracked(value) if found else "")
+    assert all(part.start < part.stop for part in found)
+    if found and fold_text(value, DEPTH_LIMIT):
+        assert provenance(value).evaluate({}) == untracked(value)
+
+
+@pytest.mark.parametrize("target", ["abXabc", "abcab", "xycxyd"])
+def test_texts_that_cannot_be_aligned(target: str) -> None:
+    word = text("ab", "word")
+    value = (word + "c" + word + "c")[:]
+    with pytest.raises(NotInvertible):
+        provenance(value).invert(target)
 
 
 def test_text_of_a_folded_value_is_short() -> None:
