@@ -87,6 +87,14 @@ def _str(x: Any, /) -> Any:
     return tracked_str(core) if str(core._v) == text else text
 
 
+@unseen
+def _format(x: Any, specification: Any = "", /) -> Any:
+    text = format(untracked(x), untracked(specification))
+    if type(x) is TrackedFloat or type(x) is TrackedInt:
+        return record(OPERATORS["pieces"], text, x, None, untracked(specification))
+    return text
+
+
 # ---------------------------------------------------------------- choices
 
 _MANY = 256
@@ -107,10 +115,9 @@ def _extreme(plain: Function, op: Operator) -> tuple[Function, Function, Functio
 
     @unseen
     def of_items(items: Any, /) -> Any:
-        kind = type(items)
         if (
-            (kind is list or kind is tuple)
-            and 1 < len(items) <= _MANY
+            _is_several(items)
+            and len(items) <= _MANY
             and any_tracked(items)
             and all(map(_is_pythons, items))
         ):
@@ -119,11 +126,17 @@ def _extreme(plain: Function, op: Operator) -> tuple[Function, Function, Functio
 
     @unseen
     def of_any(*items: Any, **keywords: Any) -> Any:
+        if len(items) == 1 and keywords.keys() == {"default"} and _is_several(items[0]):
+            return of_items(*items)
         if keywords:
             return plain(*items, **keywords)
         return of_items(items) if len(items) > 1 else of_items(*items)
 
     return of_two, of_items, of_any
+
+
+def _is_several(items: Any) -> bool:
+    return (type(items) is list or type(items) is tuple) and len(items) > 1
 
 
 def _is_pythons(item: Any) -> bool:
@@ -169,8 +182,12 @@ def _any_sum(*args: Any, **keywords: Any) -> Any:
 _min_of_two, _min_of_items, _any_min = _extreme(min, OPERATORS["min"])
 _max_of_two, _max_of_items, _any_max = _extreme(max, OPERATORS["max"])
 
-ONE: dict[Function, Function] = {float: _float, int: _int, str: _str, type: _plain_type}
-TWO: dict[Function, Function] = {int: _int_in_base, min: _min_of_two, max: _max_of_two}
+ONE: dict[Function, Function] = {
+    float: _float, int: _int, str: _str, type: _plain_type, format: _format,
+}  # fmt: skip
+TWO: dict[Function, Function] = {
+    int: _int_in_base, min: _min_of_two, max: _max_of_two, format: _format,
+}  # fmt: skip
 ITEMS: dict[Function, Function] = {min: _min_of_items, max: _max_of_items, sum: _sum}
 ANY: dict[Function, Function] = {
     float: exactly(1, _float, float), int: _any_int, str: exactly(1, _str, str),

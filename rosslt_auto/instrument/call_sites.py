@@ -15,7 +15,7 @@ from .executed import CALL_EXECUTE
 from .file_calls import CALL_FILE, FILE_CALLS
 from .statistics_calls import CALL_STATISTICS, STATISTICS_CALLS
 
-BUILTIN_CALLS = frozenset({"float", "int", "map", "max", "min", "str", "sum", "type"})
+BUILTIN_CALLS = frozenset({"float", "format", "int", "map", "max", "min", "str", "sum", "type"})
 """Builtins that would drop provenance, or some of it. (abs, round, divmod and pow do not.)"""
 
 ARRAY_MODULES = frozenset({"array", "numpy"})
@@ -50,6 +50,8 @@ def call_helper(node: ast.Call, name: str) -> str | None:
         if not plain_shape or len(args) != 1 or _cannot_be_number(args[0]):
             return None
     elif name in ("min", "max"):
+        if len(args) == 1 and [keyword.arg for keyword in node.keywords] == ["default"]:
+            return CALL
         if not plain_shape or not args:
             return None  # with a key, or several numbers that cannot be seen
         return {1: CALL_ITEMS, 2: CALL_2}.get(len(args), CALL)

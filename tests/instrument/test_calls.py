@@ -12,6 +12,7 @@ from rosslt_auto.instrument import calls
 from rosslt_auto.instrument.call_sites import MATH_CALLS
 from rosslt_auto.provenance.expressions import provenance
 from rosslt_auto.provenance.operators import OPERATORS
+from rosslt_auto.provenance.sources import Source
 from rosslt_auto.provenance.values import is_tracked, leaf, untracked
 
 
@@ -96,6 +97,31 @@ def test_sum(xs, which, start) -> None:
     assert outcome(calls.call_any, sum, iter(marked), start) == expected
     assert outcome(calls.call_any, sum, tuple(marked), start=start) == expected
     assert outcome(calls.call_any, sum, marked, tracked(1)) == outcome(sum, xs, 1)
+
+
+@given(xs=st.lists(numbers), default=numbers, which=st.sampled_from([min, max]))
+def test_extremes_with_a_default(xs, default, which) -> None:
+    marked = [tracked(x) for x in xs]
+    expected = outcome(which, xs, default=default)
+    assert outcome(calls.call_any, which, marked, default=default) == expected
+    assert outcome(calls.call_any, which, iter(marked), default=tracked(default)) == expected
+    if len(xs) > 1:
+        found = provenance(calls.call_any(which, marked, default=default))
+        assert len(found.sources) == len(xs)
+
+
+@given(x=numbers, specification=st.sampled_from(["", ".2f", "+08.3g", "n", "x", "wrong"]))
+def test_format(x, specification) -> None:
+    expected = outcome(format, x, specification)
+    assert outcome(calls.call_2, format, tracked(x), specification) == expected
+    assert outcome(calls.call_2, format, tracked(x), tracked(specification)) == expected
+    assert outcome(calls.call_1, format, tracked(x)) == outcome(format, x)
+
+
+def test_a_formatted_number_is_read_back() -> None:
+    speed = leaf(Source("/node", "speed", "float"), 0.5)
+    text = calls.call_2(format, speed, ".2f")
+    assert list(provenance(text).invert("0.75").changes.values()) == [0.75]
 
 
 @given(st.lists(st.tuples(st.floats(-1e9, 1e9), st.floats(-1e9, 1e9)), min_size=1))
