@@ -3,11 +3,15 @@
 rclpy makes a handle of its C extension for each entity of a node, and everything that happens to
 the entity goes through it. Join points: the method of `Node` that makes entities of a kind, and the
 class of their handles, which a subclass with advice of its own replaces.
+
+The header topic's own handle is made first: the middleware makes endpoints known in that order, so
+that whoever can get a message can get its header.
 """
 
 from __future__ import annotations
 
 import logging
+import threading
 import weakref
 from collections.abc import Callable
 from typing import Any
@@ -40,11 +44,16 @@ class WovenHandles:
     kind     the name of the class of their handles in rclpy's extension
     handle   the subclass that replaces it; its attribute `headers` is None for a plain entity,
              else something with a method ``destroy()``
-    connect  gives the `headers` for an entity of a node and the resolved name of its topic
+    connect  gives the `headers` for an entity: of a node, for messages of a class, with the
+             resolved name of its topic and its quality of service
     """
 
     def __init__(
-        self, method: str, kind: str, handle: Any, connect: Callable[[Node, Any, str], Any]
+        self,
+        method: str,
+        kind: str,
+        handle: Any,
+        connect: Callable[[Node, type, str, QoSProfile], Any],
     ) -> None:
         self._method = method
         self._kind = kind
@@ -53,6 +62,7 @@ class WovenHandles:
         self._connect = connect
         self._join_points = JoinPoints()
         self._users: set[Any] = set()
+        self._making = threading.local()  # the node that is making an entity
         self.connected: weakref.WeakSet[Any] = weakref.WeakSet()
         handle.__name__ = handle.__qualname__ = self._plain.__name__
         handle.__module__ = self._plain.__module__
@@ -82,22 +92,40 @@ class WovenHandles:
             disconnect(handle)
 
     def _create_advice(self, wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
-        entity = wrapped(*args, **kwargs)
+        before = getattr(self._making, "node", None)
+        self._making.node = node
         try:
-            self._weave(node, entity)
-        except Exception as error:
-            _log.warning("no provenance on %s: %r", entity.topic, error)
-        return entity
+            return wrapped(*args, **kwargs)
+        finally:
+            self._making.node = before
 
-    def _weave(self, node: Node, entity: Any) -> None:
-        handle: Any = entity.handle
-        if type(handle) is not self._handle:
-            return
-        topic = handle.get_topic_name()
-        if has_headers(entity.msg_type, topic):
-            sequences.weave(entity.msg_type)  # if it was not imported as others are
-            handle.headers = self._connect(node, entity, topic)
+    @unseen
+    def make(self, handle: Any, node_handle: Any, *args: Any) -> None:
+        """Does what the plain class does to make a handle; the headers come first."""
+        headers = self._headers(*args)
+        try:
+            self._plain.__init__(handle, node_handle, *args)
+        except BaseException:
+            if headers is not None:
+                headers.destroy()
+            raise
+        handle.headers = headers
+        if headers is not None:
             self.connected.add(handle)
+
+    def _headers(self, message_type: type, topic: str, qos: Any, *_: Any) -> Any:
+        node = getattr(self._making, "node", None)
+        if node is None:
+            return None
+        try:
+            topic = node.resolve_topic_name(topic)
+            if not has_headers(message_type, topic):
+                return None
+            sequences.weave(message_type)  # if it was not imported as others are
+            return self._connect(node, message_type, topic, QoSProfile(**qos.to_dict()))
+        except Exception as error:
+            _log.warning("no provenance on %s: %r", topic, error)
+            return None
 
 
 @unseen  # errors pass through as if we were not there

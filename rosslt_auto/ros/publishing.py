@@ -42,6 +42,9 @@ class _Handle(_plain_handle):
 
     headers: HeaderPublisher | None = None
 
+    def __init__(self, node_handle: Any, *args: Any) -> None:
+        woven.make(self, node_handle, *args)
+
     def publish(self, message: Any) -> None:
         headers = self.headers
         if headers is None:
@@ -186,9 +189,9 @@ class HeaderPublisher:
         self._handle.destroy_when_not_in_use()
 
 
-def _headers(node: Node, publisher: Any, topic: str) -> HeaderPublisher:
+def _headers(node: Node, message_type: type, topic: str, qos: QoSProfile) -> HeaderPublisher:
     header.local_nodes.add(node.get_fully_qualified_name())
-    return HeaderPublisher(node, publisher.msg_type, topic, publisher.qos_profile)
+    return HeaderPublisher(node, message_type, topic, qos)
 
 
 woven = WovenHandles("create_publisher", "Publisher", _Handle, _headers)

@@ -14,6 +14,7 @@ import logging
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
@@ -48,6 +49,9 @@ class _Handle(_plain_handle):
     """rclpy's subscription handle with our advice; without `headers` it is just that."""
 
     headers: Headers | None = None
+
+    def __init__(self, node_handle: Any, *args: Any) -> None:
+        woven.make(self, node_handle, *args)
 
     def take_message(self, message_type: type, raw: bool) -> Any:
         headers = self.headers
@@ -147,7 +151,9 @@ class Headers:
                 if found is None or found.checksum != checksum or found.sequence != sequence:
                     if found is not None:
                         self._keep(found)
-                    found = self._search(checksum, sequence)
+                    found = self._take(checksum, sequence, exactly=True) or self._search(
+                        lambda: self._take(checksum, sequence)
+                    )
                 if found is None:
                     self._missed(checksum)
                 else:
@@ -168,8 +174,7 @@ class Headers:
                 if found is None or found.sequence != sequence:
                     if found is not None:
                         self._keep(found)
-                    self._read_all()
-                    found = self._take_sequence(sequence)
+                    found = self._search(lambda: self._take_sequence(sequence))
                 if found is None:
                     self._agreed = 0  # perhaps it is not enough any more
                     self._missed(None)
@@ -194,17 +199,16 @@ class Headers:
         except HeaderError as error:
             self._refuse(error)
 
-    def _search(self, checksum: int, sequence: int | None) -> Header | None:
-        found = self._take(checksum, sequence, exactly=True)
-        if found is None:
-            self._read_all()
-            found = self._take(checksum, sequence)
+    def _search(self, take: Callable[[], Header | None]) -> Header | None:
+        """A header among those that have come by now, or come within moments."""
+        self._read_all()
+        found = take()
         if found is None and self._worth_waiting():
             end = time.monotonic() + PATIENCE
             while found is None and time.monotonic() < end:
                 time.sleep(_STEP)
                 self._read_all()
-                found = self._take(checksum, sequence)
+                found = take()
             self._disappointments = 0 if found is not None else self._disappointments + 1
         return found
 
@@ -302,8 +306,8 @@ class Headers:
             self._forget()
 
 
-def _headers(node: Node, subscription: Any, topic: str) -> Headers:
-    return Headers(node, topic, subscription.qos_profile)
+def _headers(node: Node, message_type: type, topic: str, qos: QoSProfile) -> Headers:
+    return Headers(node, topic, qos)
 
 
 woven = WovenHandles("create_subscription", "Subscription", _Handle, _headers)

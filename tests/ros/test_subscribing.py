@@ -27,7 +27,7 @@ from rclpy.wait_for_message import wait_for_message
 from std_msgs.msg import Float64, Header, Int32, UInt8MultiArray
 
 from rosslt_auto.provenance import is_tracked, provenance
-from rosslt_auto.ros import encoding, header, subscribing
+from rosslt_auto.ros import encoding, header, publishing, subscribing
 from rosslt_auto.ros.fields import tracked_fields
 from rosslt_auto.ros.observer import Observer
 from support.process import ROOT, Program, environment
@@ -575,7 +575,8 @@ def test_untracked_messages_wait_hardly_for_headers_that_do_not_come(
     assert not headers._worth_waiting()
 
 
-def test_a_late_header_is_waited_for(nodes: Nodes, forged: Any) -> None:
+@pytest.mark.parametrize("trusted_numbers", [False, True])
+def test_a_late_header_is_waited_for(nodes: Nodes, forged: Any, trusted_numbers: bool) -> None:
     forger, got, subscription = forged
     forger.send(Point(x=1.0))
     nodes.spin_until(lambda: got, "the first message")
@@ -588,7 +589,8 @@ def test_a_late_header_is_waited_for(nodes: Nodes, forged: Any) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(subscribing, "PATIENCE", 10.0)
         patch.setattr(headers, "_read", lambda: late.pop(0) if late else None)
-        found = headers.match(data, {"publication_sequence_number": 2})
+        info = {"publication_sequence_number": 2}
+        found = headers.match_sequence(info) if trusted_numbers else headers.match(data, info)
     assert found is not None and found.fields() == {"x": 2.0}
 
 
@@ -713,3 +715,48 @@ def test_an_observer_weaves_for_itself_alone(
         assert Node.__dict__["create_subscription"] is woven_create
         subscription = made.node().create_subscription(Point, "point", lambda _: None, 10)
         assert headers_of(subscription) is not None
+
+
+def test_headers_can_be_heard_before_messages(nodes: Nodes, topic: str) -> None:
+    """Whoever finds the publisher of messages has found that of headers; and the other way."""
+    made = []
+
+    def noted(init: Any, entities: str) -> Any:
+        def first(self: Any, node: Any, *args: Any) -> None:
+            made.append([one.topic for one in getattr(node, entities)])
+            init(self, node, *args)
+
+        return first
+
+    with pytest.MonkeyPatch.context() as patch:
+        for cls, entities in (
+            (publishing.HeaderPublisher, "publishers"),
+            (subscribing.Headers, "subscriptions"),
+        ):
+            patch.setattr(cls, "__init__", noted(cls.__init__, entities))
+        node = nodes.node()
+        publisher = node.create_publisher(Point, topic, 10)
+        subscription = node.create_subscription(Point, topic, print, 10)
+    before, then = made
+    assert publisher.topic not in before and publisher.topic in [p.topic for p in node.publishers]
+    assert subscription.topic not in then
+
+
+@pytest.mark.parametrize("make", ["create_publisher", "create_subscription"])
+def test_what_cannot_be_made_leaves_no_headers(nodes: Nodes, topic: str, make: str) -> None:
+    node = nodes.node()
+
+    class Wrong:
+        def __init__(self, *args: Any, **keywords: Any) -> None:
+            raise LookupError("no such thing")
+
+    kinds = {"create_publisher": "publisher_class", "create_subscription": "event_callbacks"}
+    wrong = Wrong if make == "create_publisher" else object()
+    arguments = (Point, topic, 10) if make == "create_publisher" else (Point, topic, print, 10)
+    with pytest.raises((LookupError, AttributeError)):
+        getattr(node, make)(*arguments, **{kinds[make]: wrong})
+    beside = node.resolve_topic_name(topic) + header.SUFFIX
+    wait_until(
+        lambda: not node.count_publishers(beside) and not node.count_subscribers(beside),
+        "the header topic is gone",
+    )
