@@ -48,7 +48,7 @@ def _name_in(reader: Any, instr: Any) -> None:
 
 
 def _callable(reader: Any, node: Any, with_null: bool) -> None:
-    null = put(Null(), node.made_by)
+    null = put(Null(), node.made_by, node.start, unknown=node.start is None)
     if with_null and NULL_FIRST:
         reader.push(null)
     reader.push(node)

@@ -25,6 +25,7 @@ def _compound(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
         st.builds("sum([q * {} for q in (x, y)], {})".format, inner, inner),
         st.builds("(lambda p, r=y: p - r + {})({})".format, inner, inner),
         st.builds("[x, y, {}][len(f'{{x}} {{y:.2f}}') % 3]".format, inner),
+        st.builds('len(f"""{{x.conjugate()}} and {{str({}).strip()!r:>9}}""")'.format, inner),
         st.builds("d.setdefault('k', {})".format, inner),
         st.builds("(z := {})".format, inner),
         st.builds("call(*[{}], k={})".format, inner, inner),
@@ -103,6 +104,7 @@ def _run(code: Any) -> Any:
 @example("log.append(((x and 0.5 or y) and 1.5 or z))")
 @example("log.append((call(2.5, 1.5) and 0.5 or call(0.25, k=2.0)))")
 @example("log.append((y and [x, 0.5][1] or 0.25))")
+@example("return f'{x.conjugate()} and {y:.2f} ' + f'{str(x).join(str(y).split(str(2.5)))}!'")
 @example("return abs(max(y, (0.5 if x > 1 else 2.5)))")
 @example("try: return y\nfinally: x = max(y, (0.5 if x > 1 else 2.5))")
 def test_both_ways_do_what_plain_code_does(body: str) -> None:
