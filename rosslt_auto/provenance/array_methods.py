@@ -25,7 +25,7 @@ from .array_type import (
     trackable,
 )
 from .elements import adapted
-from .values import is_tracked, untracked
+from .values import give_method, is_tracked, untracked
 
 
 def _method(name: str) -> Callable[..., Any]:
@@ -37,8 +37,6 @@ def _method(name: str) -> Callable[..., Any]:
             return _blank(getattr(plain(self), name)(*plain_deeply(args), **plain_deeply(keywords)))
         return call_function(function, (self, *args), keywords)
 
-    method.__name__ = name
-    method.__doc__ = getattr(np.ndarray, name).__doc__
     return method
 
 
@@ -67,8 +65,6 @@ def _shaping(name: str) -> Callable[..., Any]:
         others = {name: frozen(arg) for name, arg in keywords.items()}
         return lambda numbers: plain_method(numbers[0], *kept, **others)
 
-    method.__name__ = name
-    method.__doc__ = plain_method.__doc__
     return method
 
 
@@ -118,8 +114,6 @@ def _plain_method(name: str) -> Callable[..., Any]:
     def method(self: Any, *args: Any, **keywords: Any) -> Any:
         return call_plain(plain_method, (self, *args), keywords)
 
-    method.__name__ = name
-    method.__doc__ = plain_method.__doc__
     return method
 
 
@@ -129,24 +123,24 @@ def fill_methods() -> None:
         "reshape", "ravel", "flatten", "transpose", "squeeze", "swapaxes", "repeat", "take",
         "diagonal", "compress", "copy",
     ):  # fmt: skip
-        setattr(TrackedArray, name, _shaping(name))
+        give_method(TrackedArray, np.ndarray, name, _shaping(name))
     for name in (
         "sum", "mean", "prod", "min", "max", "clip", "round", "trace", "dot", "cumsum", "cumprod",
         "std", "var",
     ):  # fmt: skip
-        setattr(TrackedArray, name, _method(name))
+        give_method(TrackedArray, np.ndarray, name, _method(name))
     for name in (
         "all", "any", "argmax", "argmin", "argpartition", "argsort", "choose", "conj", "conjugate",
         "nonzero", "ptp", "searchsorted", "byteswap", "getfield", "partition", "put",
         "sort",
     ):  # fmt: skip
         if hasattr(np.ndarray, name):
-            setattr(TrackedArray, name, _plain_method(name))
+            give_method(TrackedArray, np.ndarray, name, _plain_method(name))
     for name, method in {
         "astype": _astype,
         "tolist": _tolist,
         "item": _item,
         "fill": _fill,
-        "T": property(_transposed),
     }.items():
-        setattr(TrackedArray, name, method)
+        give_method(TrackedArray, np.ndarray, name, method)
+    TrackedArray.T = property(_transposed)  # type: ignore[method-assign, assignment]

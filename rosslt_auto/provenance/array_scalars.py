@@ -14,7 +14,16 @@ import numpy as np
 from .array_rules import core_of
 from .expressions import is_leaf
 from .operators import OPERATORS, Operator
-from .values import MORE_KINDS, PlainType, as_plain, is_tracked, node, record, untracked
+from .values import (
+    MORE_KINDS,
+    PlainType,
+    as_plain,
+    give_method,
+    is_tracked,
+    node,
+    record,
+    untracked,
+)
 
 _SAME = OPERATORS["same"]
 _NUMBERS = (float, int)
@@ -75,8 +84,6 @@ def _class(plain: Any) -> Any:
         "__deepcopy__": lambda self, memo: self,
         "__sizeof__": lambda self: self._v.__sizeof__(),
         "__dir__": lambda self: dir(self._v),
-        "item": _item,
-        "tolist": _item,
         "__doc__": plain.__doc__,
         "__module__": as_plain("__module__"),
         "__dict__": as_plain("__dict__"),
@@ -89,7 +96,10 @@ def _class(plain: Any) -> Any:
         names[f"__{name}__"] = _unary(getattr(plain, f"__{name}__"), OPERATORS[name])
     if hasattr(plain, "__round__"):
         names["__round__"] = _round
-    return PlainType(plain.__name__, (plain,), names)
+    made = PlainType(plain.__name__, (plain,), names)
+    for name in ("item", "tolist"):
+        give_method(made, plain, name, _item)
+    return made
 
 
 def _binary(method: Callable[..., Any], op: Operator, reflected: bool) -> Callable[..., Any]:

@@ -13,8 +13,8 @@ This module imports numpy, so it is imported only when the program has done so.
 from __future__ import annotations
 
 import dis
-import sys
 from collections.abc import Callable
+from sys import _getframe
 from types import CodeType, FunctionType
 from typing import Any
 
@@ -42,7 +42,7 @@ _codes: dict[int, tuple[CodeType, bytes]] = {}
 
 def _in_operator() -> bool:
     """Whether the program is in an operator like ``a * b`` (not ``a *= b``)."""
-    frame = sys._getframe(2)
+    frame = _getframe(2)
     code = frame.f_code
     known = _codes.get(id(code))
     if known is None or known[0] is not code:
@@ -125,7 +125,9 @@ def _hide_all(hide: Callable[[FunctionType], Any]) -> None:
     tables += [vars(module) for module in modules]
     tables += [FUNCTIONS, REDUCTIONS, ADVICE]
     for function in [function for table in tables for function in table.values()]:
-        ours = type(function) is FunctionType and function.__module__.startswith(__package__)
+        if type(function) is not FunctionType:
+            continue
+        ours = function.__globals__["__name__"].startswith(__package__)
         if ours and id(function) not in _hidden:
             _hidden[id(function)] = function
             hide(function)

@@ -18,8 +18,8 @@ from .values import (
     TrackedFloat,
     TrackedInt,
     TrackedStr,
-    _install,
     deferred,
+    give_method,
     is_tracked,
     record,
     untracked,
@@ -109,7 +109,6 @@ def _simple(name: str) -> Callable[..., Any]:
         value = method(self._v, *args)
         return value if args else record(OPERATORS[name], value, self)
 
-    wrapper.__name__ = name
     return wrapper
 
 
@@ -126,8 +125,7 @@ for _name, _function in {
     "lower": _simple("lower"),
     "strip": _simple("strip"),
 }.items():
-    _function.__name__ = _name
-    _install(TrackedStr, _name, _function)
+    give_method(TrackedStr, str, _name, _function)
 
 
 # ---------------------------------------------------------------- f-strings

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from types import FunctionType
 from typing import Any
 
 from .frames import unseen
@@ -341,10 +342,20 @@ def _binary_method(cls: type, name: str, row: tuple[str, str, bool], prefix: str
     _install(cls, f"__{method}__", namespace[f"__{method}__"])
 
 
-def _install(cls: type, name: str, function: Any) -> None:
-    function.__qualname__ = f"{cls._plain.__name__}.{name}"  # type: ignore[attr-defined]
-    function.__module__ = None
-    setattr(cls, name, function)
+def _install(cls: Any, name: str, function: Any) -> None:
+    give_method(cls, cls._plain, name, function)
+
+
+def give_method(cls: Any, plain: type, name: str, function: Any) -> None:
+    """Makes a function a method that says of itself what that of the plain class says."""
+    made: Any = FunctionType(
+        function.__code__, function.__globals__, name, function.__defaults__, function.__closure__
+    )
+    made.__kwdefaults__ = function.__kwdefaults__
+    made.__qualname__ = f"{plain.__name__}.{name}"
+    made.__module__ = None
+    made.__doc__ = getattr(getattr(plain, name, None), "__doc__", None)
+    setattr(cls, name, made)
 
 
 def _unary_method(cls: type, name: str, op: Operator) -> None:
@@ -353,7 +364,6 @@ def _unary_method(cls: type, name: str, op: Operator) -> None:
     def method(self: Any) -> Any:
         return node(forward(self._v), op, self, None, self._depth + 1)
 
-    method.__name__ = f"__{name}__"
     _install(cls, f"__{name}__", method)
 
 
@@ -463,6 +473,7 @@ def _complete(cls: type) -> None:
 
 def disguise(cls: type) -> None:
     """Lets a tracked class behave as its plain type where objects are looked at, not computed."""
+    plain = cls._plain  # type: ignore[attr-defined]
     for name, function in {
         "__reduce_ex__": _reduce,
         "__copy__": _same,
@@ -470,8 +481,7 @@ def disguise(cls: type) -> None:
         "__dir__": lambda self: dir(untracked(self)),
         "__sizeof__": lambda self: untracked(self).__sizeof__(),
     }.items():
-        setattr(cls, name, function)
-    plain = cls._plain  # type: ignore[attr-defined]
+        give_method(cls, plain, name, function)
     cls.__name__ = cls.__qualname__ = plain.__name__
     cls.__doc__ = plain.__doc__
     if "__slots__" in vars(cls):

@@ -187,3 +187,13 @@ def test_an_error_shows_no_more_than_a_plain_one() -> None:
             action(tracked(2.5))
         frames = [frame.name for frame in caught.traceback]
         assert frames[-1] == "<lambda>"
+
+
+@pytest.mark.parametrize("value", [0.5, 3, "text"])
+def test_methods_are_called_what_they_are_called(value: Any) -> None:
+    one = leaf(Source("/node", "x", type(value).__name__), value)
+    for name in set(dir(value)) - {"__class__"}:
+        plain = getattr(value, name)
+        if callable(plain):
+            method = getattr(one, name)
+            assert (method.__name__, method.__qualname__) == (plain.__name__, plain.__qualname__)

@@ -529,3 +529,13 @@ def test_all_functions_can_be_hidden_once(monkeypatch: pytest.MonkeyPatch) -> No
     names = {function.__name__ for function in seen}
     assert {"call_ufunc", "call_function", "__getitem__", "_array_ufunc", "operate"} <= names
     assert "_in_operator" not in names and "_number_array_ufunc" not in names
+
+
+def test_methods_are_called_what_they_are_called(xyz: Any) -> None:
+    """Programs that wrap arrays look at that: Pint does."""
+    array = np.asarray(xyz)
+    plain = np.asarray([untracked(one) for one in xyz])
+    for name in set(dir(plain)) - {"T", "mT"}:
+        for method, other in [(array, plain), (array[0], plain[0])]:
+            if callable(getattr(other, name, None)) and name[:8] not in ("__array_", "__class_"):
+                assert getattr(method, name).__name__ == getattr(other, name).__name__
