@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable
+from sys import _getframe
 from typing import TypeVar
 
 from .instrument import hook, live, subinterpreters, tables
@@ -37,7 +38,7 @@ def tracked_module(thing: T) -> T:
     if subinterpreters.refuses():
         return thing
     _weave_ros()
-    live.instrument(thing, sys._getframe(1).f_code.co_filename)
+    live.instrument(thing, _getframe(1).f_code.co_filename)
     return thing
 
 

@@ -14,6 +14,7 @@ import types
 import weakref
 from collections import deque
 from collections.abc import Callable, Sequence
+from sys import _getframe
 from typing import Any, NamedTuple
 
 from .registry import instrumented_files, instrumented_modules
@@ -81,7 +82,7 @@ def _running_frames() -> list[types.FrameType]:
     say): a frame that may go on at any moment is not touched.
     """
     files = instrumented_files()
-    own = sys._getframe()
+    own = _getframe()
     found = []
     for innermost in sys._current_frames().values():
         frame: types.FrameType | None = own if _is_below(own, innermost) else innermost

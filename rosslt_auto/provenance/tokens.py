@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import re
-import sys
+from sys import _getframe
 from types import FrameType
 
 _FORBIDDEN = re.compile(r"[^A-Za-z0-9_]")
@@ -37,7 +37,7 @@ def module_prefix(frame: FrameType) -> str:
 
 def calling_frame() -> FrameType | None:
     """The innermost frame that is not of this package."""
-    frame: FrameType | None = sys._getframe()
+    frame: FrameType | None = _getframe()
     while frame is not None and str(frame.f_globals.get("__name__")).startswith(_OWN):
         frame = frame.f_back
     return frame

@@ -12,9 +12,9 @@ Join points: `rclpy.node.Node` where it stores parameters, and where a program r
 from __future__ import annotations
 
 import os
-import sys
 import weakref
 from collections.abc import Callable, Mapping
+from sys import _getframe
 from typing import Any, cast
 
 from rclpy.node import Node
@@ -138,12 +138,12 @@ def _read_advice(wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
     if known:
         source = known.get(args[0] if args else kwargs.get("name", ""))
         if source is not None and not source.repeated:
-            _note([source], sys._getframe(1))
+            _note([source], _getframe(1))
     return wrapped(*args, **kwargs)
 
 
 def _read_many_advice(wrapped: Any, node: Any, args: Any, kwargs: Any) -> Any:
-    _note(list(_sources.get(node, {}).values()), sys._getframe(1))
+    _note(list(_sources.get(node, {}).values()), _getframe(1))
     return wrapped(*args, **kwargs)
 
 

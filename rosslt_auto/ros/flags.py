@@ -11,8 +11,8 @@ that are no messages, pay nothing.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
+from sys import _getframe
 from types import CodeType, FrameType
 from typing import Any
 
@@ -97,7 +97,7 @@ def setter(message_type: Any, name: str, plain: Callable[[Any, Any], None]) -> C
 
 
 def _note(message: Any, name: str, slot: str, value: bool, own: CodeType) -> None:
-    frame = sys._getframe(1)
+    frame = _getframe(1)
     while frame.f_code.co_filename == __file__:  # where frames cannot be hidden
         frame = frame.f_back  # type: ignore[assignment]
     keyword = None
