@@ -31,6 +31,10 @@ from .header import Header, HeaderError
 PATIENCE = 0.001
 """Seconds that a message waits for a header that is late."""
 
+PATIENCE_AT_FIRST = 0.005
+"""The same before any header has come: what was sent while nodes found each other is sent again,
+not always in order."""
+
 _MAX_BYTES = 8 << 20
 _STEP = 50e-6
 _MAX_DISAPPOINTMENTS = 4
@@ -204,7 +208,7 @@ class Headers:
         self._read_all()
         found = take()
         if found is None and self._worth_waiting():
-            end = time.monotonic() + PATIENCE
+            end = time.monotonic() + (PATIENCE if self._seen else PATIENCE_AT_FIRST)
             while found is None and time.monotonic() < end:
                 time.sleep(_STEP)
                 self._read_all()
@@ -214,11 +218,7 @@ class Headers:
 
     def _worth_waiting(self) -> bool:
         """Headers come first, so one that is missing is hardly ever late."""
-        return (
-            self._seen
-            and self._disappointments < _MAX_DISAPPOINTMENTS
-            and _publisher_count(self._handle) > 0
-        )
+        return self._disappointments < _MAX_DISAPPOINTMENTS and _publisher_count(self._handle) > 0
 
     def _take(self, checksum: int, sequence: int | None, exactly: bool = False) -> Header | None:
         """The waiting header of a message.

@@ -576,18 +576,23 @@ def test_untracked_messages_wait_hardly_for_headers_that_do_not_come(
 
 
 @pytest.mark.parametrize("trusted_numbers", [False, True])
-def test_a_late_header_is_waited_for(nodes: Nodes, forged: Any, trusted_numbers: bool) -> None:
+@pytest.mark.parametrize("patience", ["PATIENCE", "PATIENCE_AT_FIRST"])
+def test_a_late_header_is_waited_for(
+    nodes: Nodes, forged: Any, patience: str, trusted_numbers: bool
+) -> None:
     forger, got, subscription = forged
-    forger.send(Point(x=1.0))
-    nodes.spin_until(lambda: got, "the first message")
+    if patience == "PATIENCE":
+        forger.send(Point(x=1.0))
+        nodes.spin_until(lambda: got, "the first message")
     headers = headers_of(subscription)
+    wait_until(headers.expected, "the publisher of headers")
     data = serialize_message(Point(x=2.0))
     payload, _ = encoding.Encoder(lambda _: None).encode(
         header.checksum_of(data), 2, [("x", tracked(2.0))]
     )
     late = [None, None, header.decode(payload)]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(subscribing, "PATIENCE", 10.0)
+        patch.setattr(subscribing, patience, 10.0)
         patch.setattr(headers, "_read", lambda: late.pop(0) if late else None)
         info = {"publication_sequence_number": 2}
         found = headers.match_sequence(info) if trusted_numbers else headers.match(data, info)
