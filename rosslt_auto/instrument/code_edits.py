@@ -33,6 +33,7 @@ class Edits:
         self._instead: dict[int, list[Instr]] = {}
         self._elements: dict[int, dict[tuple[int, ...], tuple[str, int]]] = {}
         self._deeper: dict[int, int] = {}
+        self._widest: dict[int, int] = {}
 
     # ------------------------------------------------------------ what can be changed
 
@@ -130,13 +131,16 @@ class Edits:
         if deeper > _UNKNOWN:  # takes twice as long
             return reader.bytecode.to_code()
         return reader.bytecode.to_code(
-            stacksize=reader.code.co_stacksize + deeper, compute_exception_stack_depths=False
+            stacksize=reader.code.co_stacksize + deeper + self._widest.get(id(reader), 0),
+            compute_exception_stack_depths=False,
         )
 
     def _replaced(self, item: Any, reader: Reader) -> list[Any]:
         key = id(item)
         if key in self._elements:
             made = _from_table(item.arg, self._elements[key], (), _where(item))
+            leaves = sum(instr.name == "LOAD_CONST" for instr in made)  # that lie there together
+            self._widest[id(reader)] = max(leaves, self._widest.get(id(reader), 0))
             if item.name == "RETURN_CONST":
                 made.append(Instr("RETURN_VALUE", location=item.location))
             return made

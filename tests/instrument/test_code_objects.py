@@ -400,6 +400,14 @@ def test_everything_else_is_kept(module: str) -> None:
             assert other.co_consts[0] == one.co_consts[0]  # the docstring
 
 
+@pytest.mark.parametrize("module", ["argparse", "keyword", "statistics", "tokenize"])
+def test_stack_is_large_enough(module: str) -> None:
+    path = Path(sys.modules["os"].__file__ or "").with_name(f"{module}.py")
+    plain = compile(path.read_bytes(), str(path), "exec", dont_inherit=True)
+    for code in nested(instrumented_code_object(plain, module)):
+        assert code.co_stacksize >= Bytecode.from_code(code).compute_stacksize(), code
+
+
 def test_untouched_code_is_the_same_object() -> None:
     code = compile("def f(x): return x[0]\nclass A: pass\ny = 1.5\n", "some.py", "exec")
     made = rewrite_code(code, module_scope("some", "some.py"), "@table")[0]
