@@ -34,13 +34,13 @@ class Operations:
     """Collects operators during the walk, and rewrites them when all literals are known."""
 
     def __init__(self) -> None:
-        self._noted: list[_Noted] = []
+        self._noted: dict[Any, _Noted] = {}  # once each: compilers copy operators, not operands
         self._integers: set[tuple[Scope | None, str]] = set()
 
     @property
     def nodes(self) -> list[Any]:
         """The operators that have been noted."""
-        return [noted.node for noted in self._noted]
+        return list(self._noted)
 
     def bound(self, target: ast.expr, value: ast.expr, scope: Scope) -> None:
         """Notes that a program binds a name or an attribute of its object to an int literal."""
@@ -60,7 +60,7 @@ class Operations:
             and not isinstance(node.left, _NO_FLOATS)
             and not _gives_int(node.left)
         ):
-            self._noted.append(_Noted(node, scope, block))
+            self._noted[node] = _Noted(node, scope, block)
 
     def augmented(
         self, node: ast.AugAssign, scope: Scope, block: Any, local: Collection[str]
@@ -81,7 +81,7 @@ class Operations:
         else:
             fits = True
         if fits and _may_be_int(node.value):
-            self._noted.append(_Noted(node, scope, block))
+            self._noted[node] = _Noted(node, scope, block)
 
     def rewrite(
         self,
@@ -95,7 +95,7 @@ class Operations:
         values  of the literals, by index
         is_off  whether a node is to be left alone
         """
-        for node, scope, block in self._noted:
+        for node, scope, block in self._noted.values():
             in_place = isinstance(node, ast.AugAssign)
             left, right = (node.target, node.value) if in_place else (node.left, node.right)
             name = helper(node.op, in_place)

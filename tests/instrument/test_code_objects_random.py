@@ -105,6 +105,7 @@ def _run(code: Any) -> Any:
 @example("log.append((call(2.5, 1.5) and 0.5 or call(0.25, k=2.0)))")
 @example("log.append((y and [x, 0.5][1] or 0.25))")
 @example("return f'{x.conjugate()} and {y:.2f} ' + f'{str(x).join(str(y).split(str(2.5)))}!'")
+@example("return x * 4 + (4 if y else 0)")
 @example("return abs(max(y, (0.5 if x > 1 else 2.5)))")
 @example("try: return y\nfinally: x = max(y, (0.5 if x > 1 else 2.5))")
 def test_both_ways_do_what_plain_code_does(body: str) -> None:
