@@ -34,14 +34,16 @@ NULL_FIRST = sys.version_info < (3, 13)
 
 def _make_function(reader: Any, instr: Any) -> None:
     code = reader.pop()
-    node = put(Function(), instr, code.start)
+    node: Any = Function()
     node.maker, node.code, node.code_made_by = reader, code.code, code.made_by
     node.defaults, node.keyword_defaults, node.decorators = [], {}, []
     flags = int(instr.arg) if instr.require_arg() else 0
+    first = code
     for flag in (8, 4, 2, 1):
         if flags & flag:
-            _set_attribute(node, flag, reader.pop())
-    reader.push(node)
+            first = reader.pop()
+            _set_attribute(node, flag, first)
+    reader.made(node, instr, [first])
 
 
 def _set_function_attribute(reader: Any, instr: Any) -> None:
@@ -108,11 +110,11 @@ def _result(instr: Any, function: Any, args: list[Any], keywords: list[Any]) -> 
     """The node of a call: of a comprehension, a class, a decorator, or of anything else."""
     node: Any
     if isinstance(function, Function) and args and function.code.co_name in COMPREHENSIONS:
-        node = put(Comprehension(), instr)
+        node = put(Comprehension(), instr, function.start, unknown=function.start is None)
         node.function, node.iterable = function, args[0]
         return node
     if isinstance(function, Function) and function.code.co_name.startswith(GENERIC):
-        return _generic(function, args) or put(Opaque(), instr)
+        return _generic(function, args) or put(Opaque(), instr, unknown=True)
     if isinstance(function, ClassBuilder) and args and isinstance(args[0], Function):
         node = put(Class(), instr)
         node.function, node.bases, node.keywords, node.decorators = args[0], args[2:], keywords, []

@@ -92,7 +92,7 @@ def to_tuple(reader: Any, instr: Any) -> None:
         reader.made(ast.Tuple(elements.elts, LOAD), instr, [elements])
     else:
         reader.loose(elements)
-        reader.push(put(Opaque(), instr))
+        reader.push(put(Opaque(), instr, unknown=True))
 
 
 # ---------------------------------------------------------------- f-strings

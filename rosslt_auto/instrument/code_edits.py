@@ -45,7 +45,7 @@ class Edits:
         """A call is made by one of our functions, which gets what was to be called."""
         function, instr, null = node.func, node.made_by, node.null.made_by
         if id(null) not in self._instead:  # the compiler may have copied the call alone
-            load = Instr("LOAD_GLOBAL", (True, helper), location=_where(null))
+            load = Instr("LOAD_GLOBAL", (True, helper), location=_where(function.start))
             self._put_before(function, instr, _INNER, [load])
             self._instead[id(null)] = _without_null(null)
         self._note_depth(node.reader, function.start, instr, 1)
@@ -66,7 +66,7 @@ class Edits:
         where = _where(node.made_by)
         self._note_depth(node.reader, node.start, node.made_by, 6)
         begin = [*_method(name, index, "end", where), *_method(name, index, "begin", where)]
-        self._put_before(node, node.made_by, _OUTER, [*begin, *_calling(0, where)])
+        self._put_before(node, node.made_by, _INNER, [*begin, *_calling(0, where)])
         for value in values:
             at = _where(value.made_by)
             load = _method(name, index, "value", at)
@@ -221,4 +221,4 @@ def _without_null(instr: Instr) -> list[Instr]:
     if instr.name == "LOAD_METHOD":
         return [Instr("LOAD_ATTR", instr.arg, location=instr.location)]
     argument: Any = instr.arg
-    return [Instr(instr.name, (False, argument[1]), location=instr.location)]
+    return [Instr(instr.name, (False, *argument[1:]), location=instr.location)]

@@ -25,6 +25,7 @@ class Opaque(ast.expr):
     """A value of which nothing is known but that it is there."""
 
     _fields = ()
+    start = made_by = None
 
 
 class Null(Opaque):

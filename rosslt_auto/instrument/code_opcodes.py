@@ -43,8 +43,8 @@ def _name(reader: Any, instr: Any) -> None:
 
 
 def _name_in(reader: Any, instr: Any) -> None:
-    reader.pop()
-    _name(reader, instr)
+    namespace = reader.pop()
+    reader.made(ast.Name(_name_of(instr.arg), LOAD), instr, [namespace])
 
 
 def _callable(reader: Any, node: Any, with_null: bool) -> None:
@@ -226,8 +226,9 @@ def _return_const(reader: Any, instr: Any) -> None:
 
 
 def _yield(reader: Any, instr: Any) -> None:
-    reader.add(ast.Expr(put(ast.Yield(reader.pop()), instr)), instr)
-    reader.push(put(Opaque(), instr))
+    value = reader.pop()
+    reader.add(ast.Expr(put(ast.Yield(value), instr)), instr)
+    reader.push(put(Opaque(), instr, unknown=True))
 
 
 def _raise(reader: Any, instr: Any) -> None:
@@ -256,6 +257,8 @@ def _copy(reader: Any, instr: Any) -> None:
 def _swap(reader: Any, instr: Any) -> None:
     stack, at = reader.stack, -instr.arg
     stack[at], stack[-1] = stack[-1], stack[at]
+    if isinstance(stack[at], (ast.List, ast.Set, ast.Dict)):
+        stack[at].start = None  # of a comprehension: what it goes through was there before
 
 
 def _nothing(reader: Any, instr: Any) -> None:

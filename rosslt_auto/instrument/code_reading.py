@@ -249,7 +249,7 @@ class Reader:
         pops = min(pops, 0)
         self.loose(*self.pop_many(-pops))
         for _ in range(instr.stack_effect(jump=False) - pops):
-            self.push(put(Opaque(), instr))
+            self.push(put(Opaque(), instr, unknown=pops < 0))
 
     def add(self, statement: Any, instr: Instr) -> None:
         self.statements.append(put(statement, instr))
@@ -282,6 +282,7 @@ class Reader:
         if any(value is other for other in self.stack):
             start = value.start
             name = put(ast.Name("", LOAD), instr, start, unknown=start is None)
+            name.reader = self
             self.stack[:] = [name if value is other else other for other in self.stack]
 
     def _bind_part(self, target: Any, part: Part, instr: Instr) -> None:

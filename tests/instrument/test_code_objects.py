@@ -1,6 +1,7 @@
 """Code without source: what becomes of a code object, compared with what becomes of its source."""
 
 import ast
+import io
 import itertools
 import logging
 import sys
@@ -406,6 +407,29 @@ def test_stack_is_large_enough(module: str) -> None:
     plain = compile(path.read_bytes(), str(path), "exec", dont_inherit=True)
     for code in nested(instrumented_code_object(plain, module)):
         assert code.co_stacksize >= Bytecode.from_code(code).compute_stacksize(), code
+
+
+def test_lines_are_executed_in_the_same_order() -> None:
+    source = "x = (io\n  .StringIO('a').read(\n    max(\n      1, 2)\n  ))\n"
+    plain = compile(source, "lines.py", "exec", dont_inherit=True)
+
+    def lines_of(code: CodeType) -> list[int]:
+        lines: list[int] = []
+
+        def tracer(frame: Any, event: str, _: Any) -> Any:
+            if event == "line" and frame.f_code.co_filename == "lines.py":
+                lines.append(frame.f_lineno)
+            return tracer
+
+        outer = sys.gettrace()
+        sys.settrace(tracer)
+        try:
+            exec(code, {"io": io})
+        finally:
+            sys.settrace(outer)
+        return lines
+
+    assert lines_of(instrumented_code_object(plain, "lines")) == lines_of(plain) != []
 
 
 def test_untouched_code_is_the_same_object() -> None:

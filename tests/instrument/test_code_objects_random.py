@@ -25,7 +25,12 @@ def _compound(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
         st.builds("sum([q * {} for q in (x, y)], {})".format, inner, inner),
         st.builds("(lambda p, r=y: p - r + {})({})".format, inner, inner),
         st.builds("[x, y, {}][len(f'{{x}} {{y:.2f}}') % 3]".format, inner),
-        st.builds('len(f"""{{x.conjugate()}} and {{str({}).strip()!r:>9}}""")'.format, inner),
+        st.builds("len(f'{{x.conjugate()}} and {{str({}).strip()!r:>9}}')".format, _number),
+        st.builds("len(f'{{[q * {} for q in (x, y)]}} of {{y}}')".format, _number),
+        st.builds(
+            "len(f'{{(lambda p={}: p).__name__}} of {{(z := {})}}')".format, _number, _number
+        ),
+        st.builds("len(str([q + {} for q in (x, y)][0]).strip())".format, inner),
         st.builds("d.setdefault('k', {})".format, inner),
         st.builds("(z := {})".format, inner),
         st.builds("call(*[{}], k={})".format, inner, inner),
@@ -59,17 +64,19 @@ _statement = st.one_of(
     st.builds("d[str({})] = {}".format, _expression, _expression),
     st.builds("assert x == x, {}".format, _expression),
     st.builds("if x > {}: return {}".format, _expression, _expression),
+    st.builds("class A:\n    log.append(len(f'{{y}} and {{float({})}}'))".format, _number),
+    st.builds("def g(): log.append(len(f'{{(yield {})}} {{x}}'))\nd['g'] = [*g()]".format, _number),
 )
 _body = st.recursive(_statement, _nested, max_leaves=6)
 
 _FRAME = """
-import contextlib, math
+import contextlib, io, math
 log = []
 @contextlib.contextmanager
 def here(): yield
 def call(*a, k): return a[0] - k
 def f(x, y=1.5):
-    d = {}; z = 0
+    d = {}; z = 0; files = io
 BODY
     return x, y, z, d
 """
@@ -105,6 +112,16 @@ def _run(code: Any) -> Any:
 @example("log.append((call(2.5, 1.5) and 0.5 or call(0.25, k=2.0)))")
 @example("log.append((y and [x, 0.5][1] or 0.25))")
 @example("return f'{x.conjugate()} and {y:.2f} ' + f'{str(x).join(str(y).split(str(2.5)))}!'")
+@example("return f'{[q for q in (x, y)]} {(q * y for q in ()).__class__.__name__}'")
+@example("return f'{(lambda q=y, *, r=x: q).__name__} {(z := x + 1)}'")
+@example("""return f'{f"{x} {y.conjugate()}"} {f"{x}"!r:>{len(f"{y} {x}")}}'""")
+@example("def g():\n    log.append(f'{(yield x)} {(yield y)!r:>9}')\nreturn [*g()]")
+@example("def g(): log.append((yield x).StringIO('a').read())\nh = g()\nnext(h); h.send(io)")
+@example("class A:\n    k = f'{y} {x.conjugate()}'\n    n = files.StringIO('a').read()\nreturn A.k")
+@example("class A(io.StringIO):\n    def read(self): return super().read()\nreturn A('a').read()")
+@example("return [q for q in [io]][0].StringIO('a').read()")
+@example("return (q for q in [io]).__next__().StringIO('a').read()")
+@example("return (lambda q=io: q).__defaults__[0].StringIO('a').read()")
 @example("return x * 4 + (4 if y else 0)")
 @example("return abs(max(y, (0.5 if x > 1 else 2.5)))")
 @example("try: return y\nfinally: x = max(y, (0.5 if x > 1 else 2.5))")
