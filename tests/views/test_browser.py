@@ -209,7 +209,7 @@ def page(chromium: Any, own_domain: int, own_observer: Observer, tmp_path: Path)
         [address] = view.stdout.matching("^http://", deadline=60.0)
         tab = _tab(chromium, address)
         stack.callback(tab.close)
-        tab.get_by_text("HEIGHT = ").first.wait_for()
+        tab.get_by_text("HEIGHT = ").first.wait_for(timeout=60_000)
         page = Page(tab, mission, script, own_observer, target, quad, curve)
         page.arrive(2.0, 1.5)
         yield page
@@ -225,16 +225,6 @@ def _tab(browser: Any, address: str) -> Any:
     return tab
 
 
-def test_the_page_shows_the_code_with_its_literals(page: Page) -> None:
-    wait_until(
-        lambda: (
-            {"1.5", "2.0", "0.5", "0.8", "1.0"} <= set(page.tab.locator("mark").all_inner_texts())
-        ),
-        "the literals are marked",
-        PATIENCE,
-    )
-
-
 def _control_point(page: Page) -> Place:
     at = page.marker(1).pose.position
     return at.x, at.y, at.z
@@ -245,13 +235,26 @@ def _click_control_point(page: Page) -> None:
     page.click((x - 0.05, y - 0.05, z - 0.05), shows="/trajectory_marker pose.position")
 
 
-def test_a_click_shows_the_origin(page: Page) -> None:
+def test_the_page_shows_literals_origins_and_what_cannot_be_shown(page: Page) -> None:
+    wait_until(
+        lambda: (
+            {"1.5", "2.0", "0.5", "0.8", "1.0"} <= set(page.tab.locator("mark").all_inner_texts())
+        ),
+        "the literals are marked",
+        PATIENCE,
+    )
     _click_control_point(page)
     page.tab.get_by_text("slt_trajectory.py:").first.wait_for()
     page.shoot("origin")
 
+    publisher = page.observer.publisher(Marker, "trajectory_marker", subscribers=2)
+    publisher.publish(Marker(ns="strange", type=77))
+    page.tab.get_by_text("unknown marker type 77").first.wait_for()
+    publisher.publish(Marker(ns="strange", action=Marker.DELETE))
+    wait_until(lambda: not page.tab.get_by_text("type 77").count(), "it is gone", PATIENCE)
 
-def test_a_drag_changes_the_literal_and_all_that_follows_from_it(page: Page) -> None:
+
+def test_a_drag_changes_the_literal_and_all_that_follows_until_it_is_undone(page: Page) -> None:
     page.drag(ARROW, (3.3, 0.5, 1.5), frames="drag")
     live = page.mark("mission.mission.goto", "live")
     live.wait_for()
@@ -271,11 +274,6 @@ def test_a_drag_changes_the_literal_and_all_that_follows_from_it(page: Page) -> 
 
     page.tab.get_by_text("goto(2.0, 0.5, HEIGHT, yaw=0.8)").first.wait_for()  # its origin
 
-
-def test_undo_takes_it_back(page: Page) -> None:
-    page.drag(ARROW, (3.3, 0.5, 1.5))
-    page.tab.mouse.up()
-    page.mark("mission.mission.goto", "changed").wait_for()
     page.press("Undo")
     page.target.until(lambda pose: pose.position.x == 2.0, since=len(page.target))
     wait_until(lambda: not page.tab.locator("mark.changed").count(), "the panel shows it")
@@ -360,14 +358,6 @@ def test_save_shows_the_diff_and_writes_the_file(page: Page) -> None:
     written = float(text.removeprefix(before).removesuffix(after))
     assert page.target.next()[0].position.x == written > 2.1
     wait_until(lambda: not page.tab.locator("mark.changed").count(), "nothing is left to save")
-
-
-def test_a_marker_that_cannot_be_shown_is_said(page: Page) -> None:
-    publisher = page.observer.publisher(Marker, "trajectory_marker", subscribers=2)
-    publisher.publish(Marker(ns="strange", type=77))
-    page.tab.get_by_text("unknown marker type 77").first.wait_for()
-    publisher.publish(Marker(ns="strange", action=Marker.DELETE))
-    wait_until(lambda: not page.tab.get_by_text("type 77").count(), "it is gone", PATIENCE)
 
 
 def test_a_broken_mission_is_shown_and_the_last_good_one_goes_on(page: Page) -> None:
