@@ -159,13 +159,20 @@ def gradient(value: Any, changes: Mapping[Source, Any] | None = None) -> dict[So
     A source is missing where an operator on the way has no derivative.
     """
     order = topological([value])
-    if not order:
-        return {}
-    results = computed(order, changes or {})
+    return slopes_of(value, order, computed(order, changes or {})) if order else {}
+
+
+def slopes_of(value: Any, order: list[Any], results: Mapping[int, Any]) -> dict[Source, float]:
+    """`gradient` where the results of all nodes are known.
+
+    order  at least all nodes below and including `value`, operands before what uses them
+    """
     slopes: dict[int, float] = {id(value): 1.0}
     found: dict[Source, float] = {}
     for node in reversed(order):
-        slope = slopes.pop(id(node), 0.0)
+        slope = slopes.pop(id(node), None)
+        if slope is None:
+            continue
         if is_leaf(node):
             source = source_of(node)
             found[source] = found.get(source, 0.0) + slope

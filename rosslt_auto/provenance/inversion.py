@@ -190,11 +190,32 @@ def _frozen(source: Source) -> str:
 
 def _leftmost(targets: Sequence[Target], candidates: list[list[Source]]) -> Solution:
     """For one value after the other the first source that can; coupled ones are solved jointly."""
+    found = _at_once(targets, candidates)
+    if found is not None:
+        return found
     changes: Changes = {}
     for count, (value, target) in enumerate(targets, 1):
         earlier = [source for found in candidates[: count - 1] for source in found]
         changes = _extended(changes, targets[:count], value, target, candidates[count - 1], earlier)
     return checked(targets, changes)
+
+
+def _at_once(targets: Sequence[Target], candidates: list[list[Source]]) -> Solution | None:
+    """The first source of each value, solved jointly: what is found one by one, if all of them can.
+
+    None if they cannot, or one does not have to change: then another value may do without it.
+    """
+    chosen: list[Source] = []
+    for found in candidates:
+        chosen += [source for source in found if source not in chosen][:1]
+    if len(targets) == 1 or len(chosen) < len(targets):
+        return None
+    if any(_reaches([target], {}) for target in targets):
+        return None
+    try:
+        return checked(targets, _solve_jointly(targets, chosen))
+    except NotInvertible:
+        return None
 
 
 def _extended(

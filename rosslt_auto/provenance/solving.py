@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from .expressions import computed, evaluate_many, gradient, leaves, topological
+from .expressions import computed, evaluate_many, leaves, slopes_of, topological
 from .inversion import (
     RELATIVE_TOLERANCE,
     Changes,
@@ -94,6 +94,7 @@ class _Problem:
         present = {source_of(leaf): leaf._v for value in self.values for leaf in leaves(value)}
         self.start = np.array([float(present[source]) for source in self.sources])
         self.scale = np.maximum(np.abs(self.start), SMALLEST_SCALE)
+        self._latest: tuple[Any, dict[int, Any]] | None = None
 
     def changes(self, point: Any) -> Changes:
         """The sources' values at a point; those of discrete sources stay unrounded.
@@ -108,15 +109,21 @@ class _Problem:
     def at(self, point: Any) -> Any:
         """The values at a point, None where there are none."""
         try:
-            found = computed(self.order, self.changes(point))
+            found = self._computed(point)
             values = np.array([float(found[id(value)]) for value in self.values])
         except (ArithmeticError, ValueError, TypeError):
             return None
         return values if np.isfinite(values).all() else None
 
+    def _computed(self, point: Any) -> dict[int, Any]:
+        """The results of all nodes at a point; steps ask for the slopes where they have arrived."""
+        if self._latest is None or self._latest[0] is not point:
+            self._latest = (point, computed(self.order, self.changes(point)))
+        return self._latest[1]
+
     def slopes(self, point: Any) -> Any:
-        changes = self.changes(point)
-        rows = [gradient(value, changes) for value in self.values]
+        results = self._computed(point)
+        rows = [slopes_of(value, self.order, results) for value in self.values]
         return np.array([[row.get(source, 0.0) for source in self.sources] for row in rows])
 
     def near(self, values: Any, tolerance: float = 1e-11, roundings: float = 1 / 16) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from rosslt_auto.provenance import NotInvertible, provenance, untracked
+from rosslt_auto.provenance import NotInvertible, inversion, provenance, untracked
 from rosslt_auto.provenance.inversion import (
     alternatives,
     check_target,
@@ -167,6 +167,30 @@ def test_least_change() -> None:
     assert list(sorted(found)) == ["a", "b", "c"]
     assert found["a"] < found["b"] < found["c"]
     assert changes(A + B, 5.0, "least-change") == {}
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [A + B, A * C],
+        [A * A * C, B * B * A + C],
+        [apply("sin", A) * B, apply("cos", A) * B + C],
+        [A * 2.0, A + B],
+        [N * 0.5, A + N],
+    ],
+)
+def test_targets_together_and_one_after_another_change_the_same(values: list[Any]) -> None:
+    targets = [
+        (value, untracked(value) + by) for value, by in zip(values, (0.5, 0.01), strict=True)
+    ]
+    together = inversion._at_once(targets, [inversion._candidates(v, None) for v in values])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(inversion, "_at_once", lambda *_: None)
+        one_by_one = invert_many(targets).changes
+    assert together is not None
+    assert together.changes.keys() == one_by_one.keys()
+    for source, new in together.changes.items():
+        assert new == pytest.approx(one_by_one[source], rel=1e-9)
 
 
 def test_several_targets() -> None:
