@@ -50,6 +50,7 @@ def rewrite(
     table: str,
     reserved: Iterable[str] = (),
     remarks: Remarks | None = None,
+    executing: bool = True,
 ) -> Rewritten:
     """Rewrites `tree` in place.
 
@@ -57,10 +58,12 @@ def rewrite(
     table     the name under which the code finds its table of literals
     reserved  names that its literals must not use, see `naming.submodules`
     remarks   what its comments say, see `remarks.read`
+    executing whether what it executes (`exec`, `eval`) is tracked, too
     """
     if remarks is not None and remarks.everything:
         return Rewritten(warnings=tuple(remarks.warnings))
     walk = Rewriter(scope, table, remarks)
+    walk.executing = executing
     walk.truths.update(map(id, TruthSites(tree).literals))
     walk.module(tree)
     return walk.finish(reserved)
@@ -68,6 +71,8 @@ def rewrite(
 
 class Rewriter(StatementWalk, ExpressionWalk):
     """One walk over a tree, and what is made of its findings."""
+
+    executing = True
 
     def finish(self, reserved: Iterable[str] = ()) -> Rewritten:
         """Puts the look-ups and calls in place, in source order."""
@@ -123,7 +128,7 @@ class Rewriter(StatementWalk, ExpressionWalk):
         if func.id in self.file_names:
             return file_helper(node, self.file_names[func.id])
         if func.id in EXECUTION_CALLS:
-            return execution_helper(node)
+            return execution_helper(node) if self.executing else None
         name = self.called_names.get(func.id)
         return call_helper(node, name) if name is not None else None
 

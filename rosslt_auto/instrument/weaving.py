@@ -14,6 +14,7 @@ from .errors import NotInstrumented, NotParsed
 from .naming import module_scope, submodules
 from .remarks import read
 from .rewriter import Rewritten, rewrite
+from .selection import is_stdlib
 
 
 def rewritten_tree(
@@ -34,7 +35,9 @@ def rewritten_tree(
         remarks = read(source, tree, path)
         scope = module_scope(module, path)
         with _hidden(tree, leave):
-            return tree, table, rewrite(tree, scope, table, submodules(path), remarks)
+            # What the library executes is its users' own: a debugger's program, a profiler's.
+            executing = not is_stdlib(path)
+            return tree, table, rewrite(tree, scope, table, submodules(path), remarks, executing)
     except Exception as error:
         raise NotInstrumented(f"{type(error).__name__}: {error}") from error
 

@@ -2,6 +2,7 @@
 
 import ast
 import dis
+import os
 import sys
 from collections import Counter
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ import pytest
 
 from rosslt_auto.instrument.naming import module_scope
 from rosslt_auto.instrument.rewriter import rewrite
+from rosslt_auto.instrument.weaving import rewritten_tree
 
 
 def rewritten(source: str) -> str:
@@ -342,3 +344,13 @@ def test_positions_stay(name: str) -> None:
             if key[1] not in literals and key[0] not in ("BINARY_OP", "CALL")  # folded; ours
         }
         assert (missing, more) == (set(), set())
+
+
+def test_what_the_library_executes_is_left_to_it() -> None:
+    """A debugger's program has no frames of ours between the debugger and itself."""
+    source = b"exec(command, names)\nspeed = 0.5\n"
+    library = str(Path(os.__file__).with_name("bdb.py"))
+    for path, found in (("/robot/node.py", True), (library, False)):
+        tree, *_ = rewritten_tree("bdb", path, source)
+        assert ("@rosslt.execute" in ast.unparse(tree)) is found
+        assert "speed = 0.5" not in ast.unparse(tree)
