@@ -90,6 +90,10 @@ class Edits:
         swap = [Instr("SWAP", 2, location=at)]
         self._put(self._before, instr, (0, _OUTER, [*swap, *_untracked(at), *swap]))
 
+    def plain_argument(self, value: Any) -> None:
+        """The value of an expression is made plain where it is made."""
+        self._put_after(value.made_by, _OUTER, _untracked(_where(value.made_by)))
+
     def _note_depth(self, reader: Reader, start: Instr, end: Instr, depth: int) -> None:
         """Notes by how much the stack of a code object gets deeper, at most."""
         between = reader.items[reader.at[id(start)] : reader.at[id(end)]]

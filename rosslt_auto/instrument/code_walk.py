@@ -131,6 +131,15 @@ class CodeRewriter(Rewriter):
             self.edits.plain_operand(node.tested_by)
             del self.made_plain[before:]
 
+    def _raise(self, node: Any) -> None:
+        before = len(self.made_plain)
+        super()._raise(node)
+        made: list[Any] = self.made_plain[before:]
+        for value in made:
+            if value.made_by is not None:  # else it comes from several places
+                self.edits.plain_argument(value)
+        del self.made_plain[before:]
+
     def _return(self, node: Any) -> None:
         before = len(self.made_plain)
         super()._return(node)
@@ -194,7 +203,12 @@ class CodeRewriter(Rewriter):
         self.statements(rest)
         self.repeated = outer
 
-    STATEMENTS = {**StatementWalk.STATEMENTS, ast.Assign: _assign, ast.Return: _return}
+    STATEMENTS = {
+        **StatementWalk.STATEMENTS,
+        ast.Assign: _assign,
+        ast.Raise: _raise,
+        ast.Return: _return,
+    }
     EXPRESSIONS = {
         **ExpressionWalk.EXPRESSIONS,
         ast.Compare: _compare,

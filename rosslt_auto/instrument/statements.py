@@ -20,6 +20,10 @@ from .walk import Block, Walk
 _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 
 
+SYNTAX_ERRORS = frozenset({"SyntaxError", "IndentationError", "TabError"})
+"""Errors whose texts show a line number only if that is exactly an `int`."""
+
+
 class StatementWalk(Walk):
     """Visits of statements. Those not listed at the end, also later Pythons', stay plain."""
 
@@ -168,6 +172,16 @@ class StatementWalk(Walk):
 
     def _raise(self, node: ast.Raise) -> None:
         self.with_plain_texts((node.exc, node.cause))
+        error = node.exc
+        if isinstance(error, ast.Call) and getattr(error.func, "id", "") in SYNTAX_ERRORS:
+            self._plain_arguments(error)
+
+    def _plain_arguments(self, error: ast.Call) -> None:
+        for index, argument in enumerate(error.args):
+            if isinstance(argument, ast.Tuple):
+                argument.elts = [self.untracked(element) for element in argument.elts]
+            else:
+                error.args[index] = self.untracked(argument)
 
     def _assert(self, node: ast.Assert) -> None:
         self.expression(node.test, None)

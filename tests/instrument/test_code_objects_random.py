@@ -63,6 +63,9 @@ _statement = st.one_of(
     st.builds("log.append({})".format, _expression),
     st.builds("d[str({})] = {}".format, _expression, _expression),
     st.builds("assert x == x, {}".format, _expression),
+    st.builds(
+        "if x > {}: raise SyntaxError('no', ('f', {}, 1, 'x'))".format, _expression, _expression
+    ),
     st.builds("if x > {}: return {}".format, _expression, _expression),
     st.builds("class A:\n    log.append(len(f'{{y}} and {{float({})}}'))".format, _number),
     st.builds("def g(): log.append(len(f'{{(yield {})}} {{x}}'))\nd['g'] = [*g()]".format, _number),
@@ -123,6 +126,7 @@ def _run(code: Any) -> Any:
 @example("return (q for q in [io]).__next__().StringIO('a').read()")
 @example("return (lambda q=io: q).__defaults__[0].StringIO('a').read()")
 @example("return x * 4 + (4 if y else 0)")
+@example("raise SyntaxError('no', ('f', 3 + int(x), y + 5, 'text'))")
 @example("return abs(max(y, (0.5 if x > 1 else 2.5)))")
 @example("try: return y\nfinally: x = max(y, (0.5 if x > 1 else 2.5))")
 def test_both_ways_do_what_plain_code_does(body: str) -> None:
