@@ -5,7 +5,7 @@ what `code_reading` finds; what becomes of it are `code_edits`.
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from types import CodeType
 from typing import Any
 
@@ -124,28 +124,26 @@ class CodeRewriter(Rewriter):
             self.made_plain.append(value)
         return value
 
-    def _compare(self, node: Any, binding: Binding) -> None:
+    def _to_be_plain(self, visit: Callable[..., None], *args: Any) -> list[Any]:
+        """What a visit would make plain, were there a tree to change."""
         before = len(self.made_plain)
-        super()._compare(node, binding)
-        if len(self.made_plain) > before:
+        visit(*args)
+        found = self.made_plain[before:]
+        del self.made_plain[before:]
+        return found
+
+    def _compare(self, node: Any, binding: Binding) -> None:
+        if self._to_be_plain(super()._compare, node, binding):
             self.edits.plain_operand(node.tested_by)
-            del self.made_plain[before:]
 
     def _raise(self, node: Any) -> None:
-        before = len(self.made_plain)
-        super()._raise(node)
-        made: list[Any] = self.made_plain[before:]
-        for value in made:
+        for value in self._to_be_plain(super()._raise, node):
             if value.made_by is not None:  # else it comes from several places
                 self.edits.plain_argument(value)
-        del self.made_plain[before:]
 
     def _return(self, node: Any) -> None:
-        before = len(self.made_plain)
-        super()._return(node)
-        if len(self.made_plain) > before:
+        if self._to_be_plain(super()._return, node):
             self.edits.plain_result(node.made_by)
-            del self.made_plain[before:]
 
     def _assign(self, node: Any) -> None:
         name = target_name(node.targets[0])

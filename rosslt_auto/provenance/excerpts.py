@@ -34,9 +34,11 @@ class Excerpt(NamedTuple):
 
     def value(self) -> Any:
         """As a value, tracked if the text is."""
+        if self.is_whole:
+            return self.text
         plain = untracked(self.text)[self.start : self.stop]
-        if self.is_whole or not is_tracked(self.text):
-            return self.text if self.is_whole else plain
+        if not is_tracked(self.text):
+            return plain
         return record(OPERATORS["slice"], plain, self.text, self.start, self.stop, None)
 
 

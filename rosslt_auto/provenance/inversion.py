@@ -426,8 +426,7 @@ def as_held(source: Source, wanted: Any) -> Any:
 def _only_path(value: Any, source: Source) -> tuple[list[_Step], Any]:
     """The way from `value` down to the source, as far as there is only one; and where it ends.
 
-    The end is the
-    source's leaf or the first node below which the source occurs several times.
+    The end is the source's leaf or the first node below which the source occurs several times.
     """
     step: dict[int, int] = {}
     for node in topological([value]):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import string
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from .operator_table import AnyOperands, Inverse, Operator, add
@@ -255,10 +256,9 @@ def _join_inverse(index: int) -> Inverse | None:
 
 
 def _part_inverse(index: int) -> Inverse:
-    def inverse(target: str, *parts: str) -> str:
-        return cut(target, "".join(parts[:index]), "".join(parts[index + 1 :]))
-
-    return inverse
+    inverse = _join_inverse(index + 1)
+    assert inverse is not None
+    return lambda target, *parts: inverse(target, "", *parts)
 
 
 def _sliced(text: str, *bounds: Any) -> str:
@@ -308,7 +308,7 @@ for _row in (
     AnyOperands("slice", "slice", _sliced, lambda index: _unsliced if index == 0 else None),
     AnyOperands("join", "join", _joined, _join_inverse),
     # What is left of a text that was cut, as long as its parts keep their lengths.
-    AnyOperands("excerpts", "excerpts", lambda *parts: "".join(parts), _part_inverse),
+    AnyOperands("excerpts", "excerpts", partial(_joined, ""), _part_inverse),
     AnyOperands("pieces", "f", join_pieces, _piece_inverse),
     AnyOperands("percent", "%", _percent, _templated(True)),
     AnyOperands("format", "format", _format, _templated(False)),

@@ -473,7 +473,6 @@ def _complete(cls: type) -> None:
 
 def disguise(cls: type) -> None:
     """Lets a tracked class behave as its plain type where objects are looked at, not computed."""
-    plain = cls._plain  # type: ignore[attr-defined]
     for name, function in {
         "__reduce_ex__": _reduce,
         "__copy__": _same,
@@ -481,7 +480,8 @@ def disguise(cls: type) -> None:
         "__dir__": lambda self: dir(untracked(self)),
         "__sizeof__": lambda self: untracked(self).__sizeof__(),
     }.items():
-        give_method(cls, plain, name, function)
+        _install(cls, name, function)
+    plain = cls._plain  # type: ignore[attr-defined]
     cls.__name__ = cls.__qualname__ = plain.__name__
     cls.__doc__ = plain.__doc__
     if "__slots__" in vars(cls):
