@@ -11,6 +11,9 @@ from transparency.packages import NotFetched
 from transparency.running import Outcome, run
 from transparency.suites import Case, Expected
 
+_PLACE = re.compile(r" from '[^']*'")
+"""Where a module is on this machine, in the text of an error."""
+
 
 @dataclass(frozen=True)
 class Difference:
@@ -68,9 +71,7 @@ def compare(case: Case, tries: int = 3) -> Result:
         result.tests = 0
     elif not result.tests:
         why = (plain.output[1].strip().splitlines() or ["none"])[-1]
-        result.note = "no tests here: " + re.sub(
-            r" from '[^']*'", "", why
-        )  # a place on one machine
+        result.note = f"no tests here: {_PLACE.sub('', why)}"
     if result.note:
         return result
     instrumented = run(case, True)
