@@ -7,12 +7,17 @@ Of a file it says something else than of the same bytes in memory, which is what
 from __future__ import annotations
 
 import io
+import re
+import sys
 import tokenize
 
 _NOT_DECLARED = (
     "Non-UTF-8 code starting with '\\x{:02x}' in file {} on line {}, but no encoding declared; "
     "see https://peps.python.org/pep-0263/ for details"
 )
+
+_COOKIE = re.compile(rb"[ \t\f]*#.*?coding[:=][ \t]*([-\w.]+)")
+"""As PEP 263 has it; `tokenize` has it for texts, and since 3.14 for bytes."""
 
 
 def as_of_file(error: SyntaxError, source: bytes, path: str) -> SyntaxError:
@@ -27,7 +32,11 @@ def as_of_file(error: SyntaxError, source: bytes, path: str) -> SyntaxError:
             try:
                 line.decode()
             except UnicodeDecodeError as wrong:
-                return SyntaxError(_NOT_DECLARED.format(line[wrong.start], path, number))
+                message = _NOT_DECLARED.format(line[wrong.start], path, number)
+                if sys.version_info < (3, 14):
+                    return SyntaxError(message)
+                error.msg = message  # where, it says itself
+                return error
     if b"\0" in source:
         return _null_byte(source, path)
     return error
@@ -43,10 +52,9 @@ def _null_byte(source: bytes, path: str) -> SyntaxError:
 def _cookie(source: bytes) -> str | None:
     """The encoding that the file declares (PEP 263), None if it does not."""
     for line in io.BytesIO(source).readlines()[:2]:
-        text = line.decode("latin-1")
-        found = tokenize.cookie_re.match(text)
+        found = _COOKIE.match(line)
         if found:
-            return found[1]
+            return found[1].decode()
         if not tokenize.blank_re.match(line):
             return None
     return None

@@ -8,9 +8,10 @@ from __future__ import annotations
 import functools
 import marshal
 import os
+import sys
 from collections.abc import Callable
 from importlib.util import MAGIC_NUMBER
-from types import CodeType
+from types import CodeType, FrameType
 from typing import Any
 
 from ..provenance.frames import unseen
@@ -41,13 +42,22 @@ def _advised(original: Callable[..., Any]) -> Callable[..., Any]:
     return unseen(get_code)
 
 
+def _run_name() -> str:
+    """The name that a program gets from `run_path`, which since 3.13 does not pass it on."""
+    frame: FrameType | None = sys._getframe()
+    while frame is not None and frame.f_code.co_name != "run_path":
+        frame = frame.f_back
+    name = frame.f_locals.get("run_name") if frame is not None else None
+    return name if type(name) is str else "<run_path>"
+
+
 def _advice(args: tuple[Any, ...]) -> CodeType | None:
     """Instrumented code, or None if the plain function is to be called. Raises nothing."""
     from . import hook
 
     try:
         path = os.fsdecode(args[-1])
-        name = args[0] if len(args) == 2 else "<run_path>"
+        name = args[0] if len(args) == 2 else _run_name()
         if not hook.selects(name, os.path.abspath(path)):
             return None
         with open(path, "rb") as file:

@@ -77,6 +77,19 @@ def run_module(name: str, args: Sequence[str], selection: Selection) -> int:
     return _execute(lambda: _run_module_as_main(name))
 
 
+def run_prompt(selection: Selection) -> int:
+    """Opens Python's prompt, as ``python`` alone does; see `run`.
+
+    What is typed is instrumented, and modules that are imported from the current folder.
+    """
+    from .prompt import interact
+
+    sys.argv = [""]
+    _set_first_path("")
+    hook.install(selection.with_folder(os.getcwd()))
+    return interact(vars(_new_main()))
+
+
 def _selection_for_module(name: str, selection: Selection) -> Selection:
     """Its package, or the folder of a module that is in none and not installed."""
     top = name.partition(".")[0]
@@ -100,7 +113,8 @@ def _new_main() -> ModuleType:
     _kept.append(sys.modules.get("__main__"))
     main = ModuleType("__main__")
     main.__loader__ = None
-    main.__annotations__ = {}
+    if sys.version_info < (3, 14):  # PEP 649: made when asked for
+        main.__annotations__ = {}
     main.__builtins__ = builtins  # type: ignore[attr-defined]
     sys.modules["__main__"] = main
     return main

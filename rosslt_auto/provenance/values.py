@@ -399,6 +399,16 @@ def _pow_with_modulus(two: Callable[..., Any]) -> Callable[..., Any]:
     return __pow__
 
 
+def _rpow_with_modulus(two: Callable[..., Any]) -> Callable[..., Any]:
+    def __rpow__(self: Any, other: Any, modulus: Any = None) -> Any:
+        if modulus is None:
+            return two(self, other)
+        value = pow(untracked(other), self._v, untracked(modulus))  # asked for since 3.14
+        return record(OPERATORS["powmod"], value, other, self, modulus)
+
+    return __rpow__
+
+
 def _round(self: Any, digits: Any = None) -> Any:
     op = OPERATORS["round"]
     if digits is None:
@@ -464,6 +474,7 @@ def _complete(cls: type) -> None:
     for name, symbol in _COMPARISONS.items():
         _comparison_method(cls, name, symbol)
     _install(cls, "__pow__", _pow_with_modulus(vars(cls)["__pow__"]))
+    _install(cls, "__rpow__", _rpow_with_modulus(vars(cls)["__rpow__"]))
     _install(cls, "__divmod__", _divmod)
     _install(cls, "__rdivmod__", _rdivmod)
     _install(cls, "__round__", _round)

@@ -232,7 +232,7 @@ PROGRAMS = {
             exec('e = a + 1\\ndef g(): return e * 2.0', names)
             print(names['e'], names['g'](), sorted(names))
             return [eval('q + 1') for q in (1, 2)] if False else eval('len', {})([1])
-        print(y, __annotations__, f(1.5), w, sorted(globals()))
+        print(y, globals().get("__annotations__"), f(1.5), w, sorted(globals()))
         def fails(*args, how=exec):
             try: print(how(*args))
             except BaseException as error: traceback.print_exc(); print(repr(error))

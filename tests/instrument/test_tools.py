@@ -146,7 +146,7 @@ def inspected():
             note(inspect.signature(thing), inspect.getmodule(thing).__name__)
     note(inspect.getmembers(helper.Shape(), lambda value: isinstance(value, float)))
     variables = inspect.getclosurevars(program.compute)
-    note(variables.globals, variables.nonlocals, variables.unbound)
+    note(sorted(variables.globals), variables.nonlocals, variables.unbound)
     note(inspect.getfullargspec(program.compute), inspect.getattr_static(helper.Shape, "factor"))
     for function in (program.compute, helper.deep, helper.area):
         code = function.__code__
