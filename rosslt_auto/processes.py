@@ -1,8 +1,10 @@
 """Processes that a program starts with `multiprocessing`: instrumented as it is itself.
 
 A forked one is a copy. One that is spawned, or comes from a fork server, is a new interpreter that
-gets to know its program from ``multiprocessing.spawn.get_preparation_data``, the join point: there
-it is told of us, too. Values that are sent between processes arrive as plain ones.
+gets to know its program from ``multiprocessing.spawn.get_preparation_data``, the first join point:
+there it is told of us, too. A fork server imports modules before, since 3.14 the program itself; it
+is told in the command that starts it, where ``multiprocessing.util.spawnv_passfds`` is the join
+point. Values that are sent between processes arrive as plain ones.
 """
 
 from __future__ import annotations
@@ -41,8 +43,9 @@ def install(arguments: list[str], read_only: bool = False) -> None:
     arguments, read_only  see `weave.prepare`
     """
     if not _points:
-        advised = functools.partial(_advised, arguments, read_only)
-        _points.replace_when_imported("multiprocessing.spawn", "get_preparation_data", advised)
+        for (module, function), advised in _ADVISED.items():
+            make = functools.partial(advised, arguments, read_only)
+            _points.replace_when_imported(f"multiprocessing.{module}", function, make)
 
 
 def uninstall() -> None:
@@ -59,23 +62,47 @@ def join(selections: list[Any], arguments: list[str], read_only: bool) -> None:
     install(arguments, read_only)
 
 
-def _advised(
+def _told_in_data(
     arguments: list[str], read_only: bool, original: Callable[..., Any]
 ) -> Callable[..., Any]:
     @functools.wraps(original)
     def get_preparation_data(*args: Any, **kwargs: Any) -> Any:
-        data = original(*args, **kwargs)
-        told = ([one.parts() for one in hook.selections()], arguments, read_only)
-        return data | {"rosslt_auto": _Told(told)}
+        return original(*args, **kwargs) | {"rosslt_auto": _Told(arguments, read_only)}
 
     return unseen(get_preparation_data)
+
+
+def _told_in_command(
+    arguments: list[str], read_only: bool, original: Callable[..., Any]
+) -> Callable[..., Any]:
+    @functools.wraps(original)
+    def spawnv_passfds(path: Any, args: Any, *rest: Any, **kwargs: Any) -> Any:
+        words = [*args]
+        for position, word in enumerate(words):
+            if type(word) is str and _FORK_SERVER in word:
+                from pickle import dumps
+
+                told = dumps(_Told(arguments, read_only))
+                words[position] = f"__import__('pickle').loads({told!r}); {word}"
+        return original(path, words, *rest, **kwargs)
+
+    return unseen(spawnv_passfds)
+
+
+_ADVISED = {
+    ("spawn", "get_preparation_data"): _told_in_data,
+    ("util", "spawnv_passfds"): _told_in_command,
+}
+"""What makes the advice, by the module of `multiprocessing` and its function."""
+
+_FORK_SERVER = "from multiprocessing.forkserver import main"
 
 
 class _Told:
     """Unpickled, it has us installed. Made of builtins alone: we may not be found over there."""
 
-    def __init__(self, told: Any) -> None:
-        self.told = told
+    def __init__(self, arguments: list[str], read_only: bool) -> None:
+        self.told = ([one.parts() for one in hook.selections()], arguments, read_only)
 
     def __reduce__(self) -> Any:
         folder = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
