@@ -18,12 +18,13 @@ _NAMED = 5  # patterns, where many are in vain
 class Command:  # no dataclass: that takes long to import
     """A parsed command line of `run`.
 
-    target     the script, or with `as_module` the module
+    target     the script, or with `as_module` the module; None for a `prompt`
     arguments  what belongs to the program
     """
 
     def __init__(self) -> None:
         self.target: str | None = None
+        self.prompt = False
         self.as_module = False
         self.arguments: list[str] = []
         self.modules: list[str] = []
@@ -45,7 +46,6 @@ def main(words: Sequence[str]) -> int:
     if command is None:
         _parser().print_help()
         return 0
-    assert command.target is not None
     if command.show_rewritten:
         from . import rewritten
 
@@ -61,11 +61,11 @@ def main(words: Sequence[str]) -> int:
     processes.install(command.arguments, command.read_only)
     if command.modules:
         atexit.register(_tell_unmatched, command.modules)
+    selection = Selection([*command.modules, *startup.patterns()], command.excluded)
+    if command.target is None:
+        return runner.run_prompt(selection)
     status = runner.run(
-        command.target,
-        command.arguments,
-        as_module=command.as_module,
-        selection=Selection([*command.modules, *startup.patterns()], command.excluded),
+        command.target, command.arguments, as_module=command.as_module, selection=selection
     )
     if status:
         _explain(getattr(sys, "last_value", None))
@@ -102,7 +102,9 @@ def parse(words: Sequence[str]) -> Command | None:
         option, equals, value = word.partition("=")
         if word in ("-h", "--help"):
             return None
-        if word == "--read-only":
+        if word == "-i":
+            command.prompt = True
+        elif word == "--read-only":
             command.read_only = True
         elif word == "--show-rewritten":
             command.show_rewritten = True
@@ -124,8 +126,12 @@ def parse(words: Sequence[str]) -> Command | None:
         else:
             command.target = word
             break
+    if command.prompt:
+        if command.target or command.show_rewritten:
+            raise _Usage("-i opens a prompt, and nothing can be run with it")
+        return command
     if not command.target:
-        raise _Usage("a script or -m MODULE is required")
+        raise _Usage("a script or -m MODULE is required (or -i, for a prompt)")
     if command.target == "-" and not command.as_module:
         raise _Usage("a program on standard input cannot be run, it has to be in a file")
     command.arguments = rest
@@ -140,7 +146,7 @@ def _parser() -> argparse.ArgumentParser:
     made = parser("run", "Runs a program as python would, and tracks where its numbers come from.")
     made.usage = (
         "%(prog)s [--module PATTERN]... [--exclude PATTERN]... [--read-only] [--show-rewritten] "
-        "(SCRIPT | -m MODULE) [ARG...]"
+        "(SCRIPT | -m MODULE) [ARG...], or -i"
     )
     made.add_argument(
         "--module", action="append", metavar="PATTERN",
@@ -154,6 +160,7 @@ def _parser() -> argparse.ArgumentParser:
         "--show-rewritten", action="store_true",
         help="run nothing, print what the program and modules of --module become",
     )  # fmt: skip
+    made.add_argument("-i", action="store_true", help="open a prompt, and track what is typed")
     made.add_argument("-m", metavar="MODULE", help="run a module, as python -m does")
     made.add_argument("script", metavar="SCRIPT", nargs="?", help="run a script")
     made.add_argument(

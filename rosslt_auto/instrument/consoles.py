@@ -2,9 +2,9 @@
 
 For programs that open a console, ``code.interact()`` or IPython's, and for notebooks, whose kernel
 is IPython: what is typed is tracked like the program itself, ``rosslt.console.in_3.x`` being from
-the third input. (``run -m code`` stays plain: there the module is a program of its own. So does
-Python's own prompt, which executes what it reads in C.) No console is imported here for a program
-that does without.
+the third input. ``run -i`` opens such a console (`prompt`). Python's own prompt is one since 3.13;
+up to 3.12 it executes in C what it reads, and stays plain. (So does ``run -m code``: there the
+module is a program of its own.) No console is imported here for a program that does without.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from ..provenance.joinpoints import JoinPoints
 
 CONSOLES = {
     "code": "InteractiveInterpreter.runcode",
+    "_pyrepl.console": "InteractiveColoredConsole.runcode",  # Python's own prompt since 3.13
     "IPython.core.interactiveshell": "InteractiveShell.run_code",
 }
 """Methods that execute the code of an input, or of one statement of it, by their module."""

@@ -22,6 +22,7 @@ from rosslt_auto.cli.run import Command, parse
         (["-m", "pkg", "-m", "x"], dict(target="pkg", as_module=True, arguments=["-m", "x"])),
         (["--", "--odd.py", "--", "x"], dict(target="--odd.py", arguments=["--", "x"])),
         (["--module", "--odd", "x.py"], dict(target="x.py", modules=["--odd"])),
+        (["-i", "--read-only"], dict(prompt=True, read_only=True)),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )  # fmt: skip
@@ -36,8 +37,19 @@ def test_help(words: list[str]) -> None:
 
 @pytest.mark.parametrize(
     "words",
-    [[], ["--read-only"], ["--module"], ["-m"], ["--nosuch", "x.py"], ["-x"], ["--"], ["-"]],
+    [
+        [],
+        ["--read-only"],
+        ["--module"],
+        ["-m"],
+        ["--nosuch", "x.py"],
+        ["-x"],
+        ["--"],
+        ["-"],
+        ["-i", "x.py"],
+        ["-i", "--show-rewritten"],
+    ],
 )
 def test_wrong_usage(words: list[str]) -> None:
-    with pytest.raises(Exception, match=r"required|expected|unrecognized|standard input"):
+    with pytest.raises(Exception, match=r"required|expected|unrecognized|standard input|prompt"):
         parse(words)

@@ -1,6 +1,7 @@
 """Consoles and notebooks: what is typed is tracked, and shows what it shows plain."""
 
 import code
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -53,6 +54,34 @@ def test_consoles(packages: Callable[..., Path], capsys: pytest.CaptureFixture[s
     hook.uninstall()
     assert "runcode" not in vars(code.InteractiveConsole)
     assert code.InteractiveInterpreter.runcode.__code__.co_filename == code.__file__
+
+
+AT_PROMPT = """\
+import rosslt_auto, sys
+from helper import OFFSET
+x = 0.5
+y = x * 2.5
+y
+def f(a):
+    return a + OFFSET
+
+f(y), sorted(globals()), sys.argv, sys.path[0]
+1 / 0
+[source.parameter for source in getattr(rosslt_auto.provenance(f(y)), "sources", ())]
+exit(3)
+"""
+
+
+def test_prompt(both: Callable[..., Any], tmp_path: Path) -> None:
+    (tmp_path / "helper.py").write_text("OFFSET = 1.5\n")
+    plain, ours = both("-i", python=("-q",), options=(), input=AT_PROMPT)
+    assert plain.status == ours.status == 3
+    assert plain.stdout.endswith("[]\n") and "ZeroDivisionError" in plain.stderr
+    *shown, sources = re.sub("^(>>> |[.][.][.] )+", "", ours.stdout, flags=re.M).splitlines()
+    assert shown == plain.stdout.splitlines()[:-1]
+    assert set(eval(sources)) == {
+        "rosslt.console.in_3.x", "rosslt.console.in_4.y", "rosslt.helper.OFFSET",
+    }  # fmt: skip
 
 
 NOTEBOOK = """
