@@ -12,6 +12,7 @@ from typing import Any
 from bytecode import Instr
 
 from ..provenance.locations import LiteralInfo
+from .calls import UNTRACKED
 from .code_edits import Edits
 from .code_nodes import Comprehension, Either, Function
 from .code_reading import Reader
@@ -119,8 +120,8 @@ class CodeRewriter(Rewriter):
         super().literal(node, value, binding)
         self.repeated = outer
 
-    def untracked(self, value: ast.expr) -> ast.expr:
-        if can_evaluate_to_tracked(value):
+    def untracked(self, value: ast.expr, by: str = UNTRACKED) -> ast.expr:
+        if by == UNTRACKED and can_evaluate_to_tracked(value):
             self.made_plain.append(value)
         return value
 

@@ -8,7 +8,6 @@ the source that is rewritten.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
 from operator import is_
 from types import CodeType
 from typing import Any
@@ -20,10 +19,22 @@ from ..provenance.values import PlainType
 FUNCTIONS: dict[str, tuple[str, ...]] = {
     "_socket": ("getaddrinfo",),  # of a port number: "Int or String expected"
     "sys": ("intern",),  # "can't intern str"
+    "csv": ("field_size_limit",),  # "limit must be an integer"
     "marshal": ("dump", "dumps"),  # "unmarshallable object"
     # To a subinterpreter, where everything runs plain: "does not support cross-interpreter data"
-    "_xxsubinterpreters": ("run_string", "channel_send"),
+    "_xxsubinterpreters": ("run_string", "channel_send"),  # up to 3.12
     "_xxinterpchannels": ("send",),
+    "_interpreters": ("run_string", "exec", "call", "set___main___attrs"),
+    "_interpchannels": ("send",),
+    "_interpqueues": ("put",),
+    # Python code that asks ``type(x) is str``
+    "multiprocessing.forkserver": ("set_forkserver_preload",),
+    "multiprocessing.connection": ("address_type",),
+    "multiprocessing.managers": ("BaseManager.register",),
+    "unittest.mock": ("_patch_multiple", "patch.multiple"),
+    "wsgiref.handlers": ("BaseHandler._convert_string_type",),
+    "wsgiref.headers": ("Headers._convert_string_type",),
+    "wsgiref.validate": ("check_string_type",),
 }
 """Join points: functions by the module that has them. Not all versions have all of them."""
 
@@ -43,11 +54,14 @@ def uninstall() -> None:
     _points.restore()
 
 
-def _with_plain_arguments(function: Callable[..., Any]) -> Callable[..., Any]:
+def _with_plain_arguments(function: Any) -> Any:
+    if isinstance(function, classmethod):
+        return classmethod(_with_plain_arguments(function.__func__))
+
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
         try:
-            plain = _plain(args), _plain(kwargs)
+            plain = made_plain(args), made_plain(kwargs)
         except RecursionError:  # about which the function itself has something to say
             plain = args, kwargs
         return function(*plain[0], **plain[1])
@@ -56,20 +70,20 @@ def _with_plain_arguments(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @unseen
-def _plain(thing: Any) -> Any:
+def made_plain(thing: Any) -> Any:
     """A value without anything tracked in it; as it is if there is nothing."""
     kind = type(thing)
     if type(kind) is PlainType:
         return thing._v
     if kind is dict:
-        plain = [*map(_plain, thing), *map(_plain, thing.values())]
+        plain = [*map(made_plain, thing), *map(made_plain, thing.values())]
         if all(map(is_, [*thing, *thing.values()], plain)):
             return thing
         return dict(zip(plain[: len(thing)], plain[len(thing) :], strict=True))
     if kind is tuple or kind is list or kind is set or kind is frozenset:
-        plain = list(map(_plain, thing))
+        plain = list(map(made_plain, thing))
         return thing if all(map(is_, thing, plain)) else kind(plain)
     if kind is CodeType and type(type(thing.co_filename)) is PlainType:
-        consts = tuple(map(_plain, thing.co_consts))  # functions have the file's name, too
+        consts = tuple(map(made_plain, thing.co_consts))  # functions have the file's name, too
         return thing.replace(co_filename=thing.co_filename._v, co_consts=consts)
     return thing

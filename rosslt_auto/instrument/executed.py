@@ -21,9 +21,13 @@ from typing import Any
 from ..provenance.frames import unseen, untraced
 from ..provenance.tokens import calling_frame
 from ..provenance.values import untracked
+from .exact_types import made_plain
 
 CALL_EXECUTE = "@rosslt.execute"
 """The name under which rewritten code finds `execute`, in `builtins`."""
+
+PLAIN_TREE = "@rosslt.plain_tree"
+"""And that of `plain_tree`."""
 
 _MOST = 200
 """So many texts of a program are rewritten; later ones, which it makes up as it goes, are not."""
@@ -48,9 +52,22 @@ def execute(function: Any, /, *args: Any) -> Any:
     return function(*args)
 
 
+@unseen
+def plain_tree(source: Any) -> Any:
+    """What `compile` takes: it wants names and constants of exact types in syntax trees."""
+    ast = sys.modules.get("ast")
+    if ast is not None and isinstance(source, ast.AST):
+        for node in ast.walk(source):
+            for name, value in ast.iter_fields(node):
+                plain = made_plain(value)
+                if plain is not value:
+                    setattr(node, name, plain)
+    return source
+
+
 def publish() -> None:
-    """Lets rewritten code find `execute`."""
-    setattr(builtins, CALL_EXECUTE, execute)
+    """Lets rewritten code find these functions."""
+    vars(builtins).update({CALL_EXECUTE: execute, PLAIN_TREE: plain_tree})
 
 
 def _prepared(function: Any, args: tuple[Any, ...]) -> tuple[Any, ...]:

@@ -7,6 +7,7 @@ from typing import Any
 
 from .cache import INTERPOLATIONS
 from .call_sites import METHOD_CALLS, root_name
+from .executed import PLAIN_TREE
 from .interpolations import can_be_noted, interpolated
 from .naming import Scope
 from .plain import (
@@ -102,6 +103,8 @@ class ExpressionWalk(Walk):
             for index, arg in enumerate(node.args):
                 self.plain_texts = outer or index < texts
                 self.expression(arg, argument if index < plain else None)
+            if kind is ast.Name and name == "compile" and not isinstance(node.args[0], ast.Starred):
+                node.args[0] = self.untracked(node.args[0], by=PLAIN_TREE)
         for keyword in node.keywords:
             self.plain_texts = outer or texts == ALL or keyword.arg in PLAIN_KEYWORDS
             self.expression(keyword.value, (keyword.arg, True) if keyword.arg else LOOSE)

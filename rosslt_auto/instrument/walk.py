@@ -145,11 +145,11 @@ class Walk:
         self.expressions(nodes, binding)
         self.plain_texts = outer
 
-    def untracked(self, value: ast.expr) -> ast.expr:
-        """A call that makes the value of an expression plain."""
+    def untracked(self, value: ast.expr, by: str = UNTRACKED) -> ast.expr:
+        """A call, of `by`, that makes the value of an expression plain."""
         if not can_evaluate_to_tracked(value) or self.remarks.is_off(value):
             return value
         if self.block is not None:
-            self.block.names.add(UNTRACKED)
-        func = ast.copy_location(ast.Name(UNTRACKED, LOAD), value)
+            self.block.names.add(by)
+        func = ast.copy_location(ast.Name(by, LOAD), value)
         return ast.copy_location(ast.Call(func, [value], []), value)

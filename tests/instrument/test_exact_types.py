@@ -7,7 +7,8 @@ import io
 import marshal
 import socket
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from textwrap import dedent
 from typing import Any
 
 import pytest
@@ -87,3 +88,83 @@ def test_errors_are_the_functions_own() -> None:
 def test_uninstalled_as_before() -> None:
     exact_types.uninstall()
     assert type(marshal.dumps) is type(_socket.getaddrinfo) is type(len)
+
+
+ASKING = {
+    "xmlrpc": """
+        from xmlrpc.client import dumps, loads
+        result = loads(dumps((1, 2.5, "x", {"k": [3]}), "f"))
+    """,
+    "headers": """
+        from wsgiref.headers import Headers
+        headers = Headers([("Content-Type", "text/plain")])
+        headers["X-Rate"] = "5"
+        result = str(headers)
+    """,
+    "application": """
+        import io
+        from wsgiref.handlers import SimpleHandler
+        from wsgiref.util import setup_testing_defaults
+        from wsgiref.validate import validator
+        def application(environ, start):
+            start("200 OK", [("Content-Type", "text/plain")])
+            return [b"done"]
+        environ, out = {"QUERY_STRING": ""}, io.BytesIO()
+        setup_testing_defaults(environ)
+        SimpleHandler(io.BytesIO(), out, io.StringIO(), environ).run(validator(application))
+        result = out.getvalue().splitlines()[0], out.getvalue().splitlines()[-1]
+    """,
+    "connection": """
+        import tempfile, threading
+        from multiprocessing.connection import Client, Listener
+        with tempfile.TemporaryDirectory() as folder, Listener(f"{folder}/s") as listener:
+            threading.Thread(target=lambda: Client(f"{folder}/s").send([0.5, "x"])).start()
+            with listener.accept() as connection:
+                result = connection.recv()
+    """,
+    "manager": """
+        from multiprocessing.managers import SyncManager
+        class Manager(SyncManager): pass
+        Manager.register("Scan", list, exposed=("append",), method_to_typeid={"copy": "list"})
+        result = sorted(Manager._registry["Scan"][2])
+    """,
+    "fork server": """
+        import multiprocessing
+        multiprocessing.get_context("forkserver").set_forkserver_preload(["json"])
+        result = None
+    """,
+    "syntax tree": """
+        import ast
+        name, value = "x", 2.5
+        tree = ast.parse("y = 1")
+        tree.body[0].value = ast.BinOp(ast.Name(name, ast.Load()), ast.Add(), ast.Constant(value))
+        tree.body.append(ast.Global(names=["z", name + "2"]))
+        tree.body.append(ast.Expr(ast.Constant(("a", (1, 2)))))
+        tree.body.extend(ast.parse("re = __import__('re').compile('b+')").body)
+        made = {"x": 1}
+        exec(compile(ast.fix_missing_locations(tree), "made.py", "exec"), made)
+        result = made["y"], made["re"].pattern, compile("1 + 1", "made.py", mode="eval").co_consts
+    """,
+    "csv": """
+        import csv
+        limit = 200000
+        before = csv.field_size_limit(limit)
+        result = csv.field_size_limit(before)
+    """,
+    "patched": """
+        import math
+        from unittest import mock
+        with mock.patch.multiple("math", pi=3.0):
+            result = math.pi
+    """,
+}
+
+
+@pytest.mark.parametrize("program", ASKING)
+def test_python_code_that_asks_for_types(
+    instrumented: Callable[..., dict[str, Any]], program: str
+) -> None:
+    source = dedent(ASKING[program])
+    plain: dict[str, Any] = {}
+    exec(source, plain)
+    assert instrumented(source)["result"] == plain["result"]
