@@ -7,8 +7,7 @@ import os
 import sys
 from typing import TYPE_CHECKING, Any
 
-from rosslt_auto.provenance.expressions import leaves, sources
-from rosslt_auto.provenance.locations import source_of
+from rosslt_auto.provenance.expressions import source_values, sources
 from rosslt_auto.provenance.sources import Source
 from rosslt_auto.provenance.texts import text
 from rosslt_auto.provenance.values import untracked
@@ -28,7 +27,7 @@ def field_to_json(value: Any) -> dict[str, Any]:
 
 def sources_with_values(value: Any) -> list[tuple[Source, Any]]:
     """The sources of a tracked value and their values, the one that left bias prefers first."""
-    now = {source_of(leaf): untracked(leaf) for leaf in leaves(value)}
+    now = source_values(value)
     return [(source, now[source]) for source in sources(value)]
 
 

@@ -83,6 +83,11 @@ def leaves(value: Any) -> list[Any]:
     return list(found.values())
 
 
+def source_values(*values: Any) -> dict[Source, Any]:
+    """The sources of `values`, and what each of them was when these were computed."""
+    return {source_of(leaf): leaf._v for value in values for leaf in leaves(value)}
+
+
 def sources(value: Any) -> list[Source]:
     """The sources of `value`, the one that left bias prefers first (Section IV-A).
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from .expressions import computed, evaluate_many, leaves, slopes_of, topological
+from .expressions import computed, evaluate_many, slopes_of, source_values, topological
 from .inversion import (
     RELATIVE_TOLERANCE,
     Changes,
@@ -25,7 +25,6 @@ from .inversion import (
     reached,
     rounding,
 )
-from .locations import source_of
 from .sources import Source, SourceChangeRefused
 
 MAX_STEPS = 60
@@ -91,7 +90,7 @@ class _Problem:
         self.goals = np.array([float(target) for _, target in targets])
         self.finest = [rounding(value) for value in self.values]
         self.sources = list(chosen)
-        present = {source_of(leaf): leaf._v for value in self.values for leaf in leaves(value)}
+        present = source_values(*self.values)
         self.start = np.array([float(present[source]) for source in self.sources])
         self.scale = np.maximum(np.abs(self.start), SMALLEST_SCALE)
         self._latest: tuple[Any, dict[int, Any]] | None = None

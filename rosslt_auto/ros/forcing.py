@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rosslt_auto.provenance.expressions import evaluate, leaves, topological
+from rosslt_auto.provenance.expressions import evaluate, source_values, topological
 from rosslt_auto.provenance.folding import APPROXIMATE
 from rosslt_auto.provenance.inversion import (
     POLICIES,
@@ -21,7 +21,6 @@ from rosslt_auto.provenance.inversion import (
     reached,
     rounding,
 )
-from rosslt_auto.provenance.locations import source_of
 from rosslt_auto.provenance.sources import Source, SourceChangeRefused
 from rosslt_auto.provenance.values import untracked
 
@@ -197,12 +196,13 @@ def _tell(
 def _alternatives(value: Any, target: Any) -> list[dict[str, Any]]:
     """For each source, left bias first: the value with which it alone gives the target."""
     found = []
+    now = source_values(value)
     for source, answer in alternatives(value, target):
         entry: dict[str, Any] = {"node": source.node, "parameter": source.parameter}
         if isinstance(answer, NotInvertible):
             entry["reason"] = str(answer)
         else:
-            entry["new"] = answer.changes.get(source)
+            entry["new"] = answer.changes.get(source, now[source])
         found.append(entry)
     return found
 
@@ -297,11 +297,7 @@ def _nearest(wanted: list[Wanted], values: list[Any]) -> str:
 
 def changes_for(message: TrackedMessage, solution: Mapping[Source, Any]) -> list[Change]:
     """What a solution changes, with the old values that the message tells; raises CannotForce."""
-    old = {
-        source_of(leaf): untracked(leaf)
-        for value in message.fields.values()
-        for leaf in leaves(value)
-    }
+    old = source_values(*message.fields.values())
     try:
         return [
             change_of(source, old[source], source.check(new))
@@ -367,7 +363,7 @@ class _Motion:
         """Whether it has moved up to this message."""
         value = message.fields.get(self._path)
         if value is not None:
-            now = {source_of(leaf): untracked(leaf) for leaf in leaves(value)}
+            now = source_values(value)
             state = tuple(now.get(source) for source in self._sources)
             plain = untracked(value)
             self._moves |= self._last.setdefault(state, plain) != plain
@@ -386,12 +382,12 @@ def _carries_change(
     value = message.fields.get(one.path)
     if value is None or _is_approximate(forced.fields[one.path]):
         return False
-    now = {source_of(leaf): untracked(leaf) for leaf in leaves(value)}
+    now = source_values(value)
     concerned = {s: new for s, new in solution.items() if s in now}
     if not concerned or any(now[source] != new for source, new in concerned.items()):
         return False
     before = forced.fields[one.path]
-    old = {source_of(leaf): untracked(leaf) for leaf in leaves(before)}
+    old = source_values(before)
     try:
         by_itself = evaluate(value, {s: old[s] for s in concerned if s in old})
     except (ArithmeticError, ValueError):
@@ -411,7 +407,7 @@ def _explanation(
     if _is_approximate(forced.fields[one.path]):
         return f"the long history of {one.path} is known to first order only"
     value = message.fields.get(one.path)
-    now = {source_of(leaf): untracked(leaf) for leaf in leaves(value)} if value is not None else {}
+    now = source_values(value) if value is not None else {}
     if any(source in now and now[source] != new for source, new in solution.items()):
         return f"{one.path} is still computed from the old values"
     return "with the new values the program took another path"

@@ -15,9 +15,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rosslt_auto.provenance.expressions import evaluate_many, leaves, sources
+from rosslt_auto.provenance.expressions import evaluate_many, source_values, sources
 from rosslt_auto.provenance.inversion import NotInvertible, invert_many, reached, solve_for
-from rosslt_auto.provenance.locations import source_of
 from rosslt_auto.provenance.sources import Source, SourceChangeRefused
 from rosslt_auto.provenance.values import untracked
 
@@ -134,11 +133,7 @@ def _solution(tracked: Tracked, targets: Targets, choice: Choice) -> dict[Source
 
 
 def _values(tracked: Tracked) -> Mapping[Source, Any]:
-    return {
-        source_of(leaf): untracked(leaf)
-        for value in tracked.fields.values()
-        for leaf in leaves(value)
-    }
+    return source_values(*tracked.fields.values())
 
 
 class Drag:

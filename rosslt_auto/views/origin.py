@@ -8,9 +8,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-from rosslt_auto.provenance.expressions import leaves, sources
+from rosslt_auto.provenance.expressions import source_values, sources
 from rosslt_auto.provenance.inversion import POLICIES
-from rosslt_auto.provenance.locations import source_of
 from rosslt_auto.provenance.sources import Source
 from rosslt_auto.provenance.texts import text
 from rosslt_auto.provenance.values import untracked
@@ -72,7 +71,7 @@ class Origin:
 
     def _row(self, item: Item, path: str) -> tuple[str, Any, str, list[tuple[Literal, bool]]]:
         value = item.tracked.fields[path]
-        now = {source_of(leaf): untracked(leaf) for leaf in leaves(value)}
+        now = source_values(value)
         will = self._will_change(item, path)
         literals = []
         for source in sources(value):

@@ -12,10 +12,8 @@ from rcl_interfaces.msg import Log, ParameterEvent
 from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_parameter_events
 
-from rosslt_auto.provenance.expressions import leaves, sources
-from rosslt_auto.provenance.locations import source_of
+from rosslt_auto.provenance.expressions import source_values, sources
 from rosslt_auto.provenance.sources import Source
-from rosslt_auto.provenance.values import untracked
 from rosslt_auto.ros.client import Change, ChangeRefused, NoAnswer, Place, change_of
 from rosslt_auto.ros.observer import CannotObserve, Observer, TopicSubscription, full_name
 from rosslt_auto.ros.saving import given_by
@@ -248,7 +246,7 @@ class Session:
         for path in paths:
             value = item.tracked.fields.get(path)
             if value is not None:
-                now = {source_of(leaf): untracked(leaf) for leaf in leaves(value)}
+                now = source_values(value)
                 for i, source in enumerate(sources(value)):
                     self.listing.source(source, now[source], 1 if i else 2)
 

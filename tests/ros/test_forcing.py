@@ -314,3 +314,10 @@ def test_a_dry_run_that_cannot_be_lists_what_each_source_could_do() -> None:
     assert found["rosslt.speed"]["new"] == pytest.approx(0.825)
     assert "int" in found["rosslt.count"]["reason"]
     assert told.changes == []
+
+
+def test_a_dry_run_of_what_is_so_already_leaves_sources_as_they_are() -> None:
+    seen = message(linear_x=leaf(Source("/a", "rosslt.count", "int"), 4) * leaf(SPEED, 0.5))
+    told = forcing._tell(Forced("/cmd", dry_run=True), seen, wanted(linear_x=2.0), "left", None)
+    assert told.changes == [] and told.reason is None
+    assert [entry["new"] for entry in told.alternatives["linear.x"]] == [4, 0.5]
