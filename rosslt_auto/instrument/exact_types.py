@@ -31,6 +31,7 @@ FUNCTIONS: dict[str, tuple[str, ...]] = {
     "multiprocessing.forkserver": ("set_forkserver_preload",),
     "multiprocessing.connection": ("address_type",),
     "multiprocessing.managers": ("BaseManager.register",),
+    "unittest.case": ("TestCase._getAssertEqualityFunc",),
     "unittest.mock": ("_patch_multiple", "patch.multiple"),
     "wsgiref.handlers": ("BaseHandler._convert_string_type",),
     "wsgiref.headers": ("Headers._convert_string_type",),

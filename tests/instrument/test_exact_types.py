@@ -151,6 +151,16 @@ ASKING = {
         before = csv.field_size_limit(limit)
         result = csv.field_size_limit(before)
     """,
+    "asserted": """
+        import unittest
+        def said(first, second):
+            try:
+                unittest.TestCase().assertEqual(first, second)
+            except AssertionError as error:
+                return str(error)
+        text = "one, two"
+        result = said(text, "".join(["one"])), said(text.upper(), ""), said([1, 2.5], [1])
+    """,
     "patched": """
         import math
         from unittest import mock
