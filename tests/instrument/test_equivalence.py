@@ -1,9 +1,5 @@
 """Small programs that could notice: the same output plain and instrumented."""
 
-import contextlib
-import io
-import sys
-import traceback
 from collections.abc import Callable
 from pathlib import Path
 from textwrap import dedent
@@ -11,8 +7,7 @@ from types import CodeType
 
 import pytest
 
-from rosslt_auto.instrument import hook
-from rosslt_auto.instrument.code_objects import instrumented_code_object
+from support.equivalence import WAYS, output, plain
 
 PROGRAMS = {
     "order": """
@@ -286,38 +281,11 @@ PROGRAMS = {
 }
 
 
-def _from_source(source: str, path: Path) -> CodeType:
-    return hook.instrumented_code("program", str(path), source.encode(), cached=False)
-
-
-def _plain(source: str, path: Path) -> CodeType:
-    return compile(source, str(path), "exec", dont_inherit=True)
-
-
-def _from_code(source: str, path: Path) -> CodeType:
-    return instrumented_code_object(_plain(source, path), "program")
-
-
-def _output(source: str, path: Path, make: Callable[[str, Path], CodeType]) -> str:
-    path.write_text(source)
-    code = make(source, path)
-    out = io.StringIO()
-    namespace = {"__name__": "program", "__builtins__": __builtins__}
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
-        try:
-            exec(code, namespace)
-        except BaseException as error:
-            trace = error.__traceback__.tb_next
-            out.write("".join(traceback.format_exception(type(error), error, trace)))
-    sys.modules.pop("program", None)
-    return out.getvalue()
-
-
-@pytest.mark.parametrize("way", [_from_source, _from_code], ids=["source", "code object"])
+@pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_same_output(name: str, way: Callable[[str, Path], CodeType], tmp_path: Path) -> None:
     source = dedent(PROGRAMS[name]).strip() + "\n"
     path = tmp_path / "program.py"
-    plain = _output(source, path, _plain)
-    assert plain
-    assert _output(source, path, way).splitlines() == plain.splitlines()
+    expected = output(source, path, plain)
+    assert expected
+    assert output(source, path, way).splitlines() == expected.splitlines()
