@@ -24,6 +24,7 @@ from .code_nodes import (
     Function,
     Null,
     Opaque,
+    SpecialMethod,
     put,
 )
 from .walk import LOAD
@@ -49,6 +50,7 @@ def _make_function(reader: Any, instr: Any) -> None:
 def _set_function_attribute(reader: Any, instr: Any) -> None:
     value, function = reader.pop_many(2)
     _set_attribute(function, int(instr.arg), value)
+    function.made_by, function.start = instr, value.start
     reader.push(function)
 
 
@@ -73,7 +75,20 @@ def _precall(reader: Any, instr: Any) -> None:
 
 def _call(reader: Any, instr: Any) -> None:
     names, reader.keyword_names = reader.keyword_names, ()
-    reader.push(_called(reader, instr, reader.pop_many(instr.arg), names))
+    values = reader.pop_many(instr.arg)
+    method = reader.peek(2)
+    if isinstance(method, SpecialMethod):
+        _call_special(reader, instr, method)
+    else:
+        reader.push(_called(reader, instr, values, names))
+
+
+def _call_special(reader: Any, instr: Any, method: SpecialMethod) -> None:
+    reader.pop_many(2)
+    if method.manager is None:
+        reader.push(put(Opaque(), instr))
+    else:
+        reader.expect("with", method.manager, instr)
 
 
 def _call_kw(reader: Any, instr: Any) -> None:
@@ -133,14 +148,12 @@ def _result(instr: Any, function: Any, args: list[Any], keywords: list[Any]) -> 
 
 def _generic(function: Function, args: list[Any]) -> Any:
     """The function or class that has parameters of type (PEP 695): the code of these returns it."""
-    given = dict(zip(function.code.co_varnames, args, strict=False))
     for statement in function.body():
         made = getattr(statement, "value", None)
         if isinstance(statement, ast.Return) and isinstance(made, (Function, Class)):
             if isinstance(made, Function):
-                for flag, name in ((1, ".defaults"), (2, ".kwdefaults")):
-                    if name in given:
-                        _set_attribute(made, flag, given[name])
+                for defaults in args:
+                    _set_attribute(made, 1 if isinstance(defaults, ast.Tuple) else 2, defaults)
             return made
     return None
 

@@ -13,7 +13,8 @@ from collections.abc import Callable
 from typing import Any
 
 from .code_nodes import Opaque, put
-from .walk import LOAD
+from .code_substitutes import has_specification
+from .walk import LOAD, TEMPLATE
 
 Step = Callable[[Any, Any], None]
 
@@ -139,6 +140,26 @@ def _build_string(reader: Any, instr: Any) -> None:
     reader.made(node, instr, parts)
 
 
+# ---------------------------------------------------------------- t-strings
+
+_INTERPOLATION: Any = getattr(ast, "Interpolation", None)  # since 3.14
+
+
+def _build_interpolation(reader: Any, instr: Any) -> None:
+    specification = reader.pop() if has_specification(instr) else None
+    value, text = reader.pop_many(2)
+    reader.made(_INTERPOLATION(value, text.value, -1, specification), instr, [value])
+
+
+def _build_template(reader: Any, instr: Any) -> None:
+    texts, interpolations = reader.pop_many(2)
+    if isinstance(interpolations, ast.Tuple):
+        reader.made(TEMPLATE(interpolations.elts), instr, [texts])
+    else:
+        reader.loose(interpolations)
+        reader.push(put(Opaque(), instr))
+
+
 STEPS: dict[str, Step] = {
     "BUILD_LIST": _build(ast.List), "BUILD_TUPLE": _build(ast.Tuple), "BUILD_SET": _build(ast.Set),
     "BUILD_MAP": _build_map, "BUILD_CONST_KEY_MAP": _build_const_key_map,
@@ -146,6 +167,7 @@ STEPS: dict[str, Step] = {
     "MAP_ADD": _map_add, "DICT_UPDATE": _map_update, "DICT_MERGE": _map_update,
     "LIST_TO_TUPLE": to_tuple, "FORMAT_VALUE": _format_value, "CONVERT_VALUE": _convert_value,
     "FORMAT_SIMPLE": _format_simple, "FORMAT_WITH_SPEC": _format_with_spec,
-    "BUILD_STRING": _build_string,
+    "BUILD_STRING": _build_string, "BUILD_INTERPOLATION": _build_interpolation,
+    "BUILD_TEMPLATE": _build_template,
 }  # fmt: skip
 """See `code_opcodes.STEPS`."""

@@ -16,6 +16,7 @@ from bytecode.instr import InstrLocation
 from .calls import UNTRACKED
 from .code_calls import NULL_FIRST
 from .code_reading import Reader
+from .code_substitutes import executable
 
 Where = InstrLocation | None
 
@@ -47,7 +48,7 @@ class Edits:
         if id(null) not in self._instead:  # the compiler may have copied the call alone
             load = Instr("LOAD_GLOBAL", (True, helper), location=_where(function.start))
             self._put_before(function, instr, _INNER, [load])
-            self._instead[id(null)] = _without_null(null)
+            self._instead[id(null)] = _without_null(null, function.lineno)
         self._note_depth(node.reader, function.start, instr, 1)
         for one in (instr, node.precall):
             if one is not None:
@@ -133,11 +134,13 @@ class Edits:
         reader.bytecode.argnames = list(reader.code.co_varnames)  # all: `locals()` is in this order
         deeper = self._deeper.get(id(reader), 2)
         if deeper > _UNKNOWN:  # takes twice as long
-            return reader.bytecode.to_code()
-        return reader.bytecode.to_code(
-            stacksize=reader.code.co_stacksize + deeper + self._widest.get(id(reader), 0),
-            compute_exception_stack_depths=False,
-        )
+            made = reader.bytecode.to_code()
+        else:
+            made = reader.bytecode.to_code(
+                stacksize=reader.code.co_stacksize + deeper + self._widest.get(id(reader), 0),
+                compute_exception_stack_depths=False,
+            )
+        return executable(made) if reader.has_substitutes else made
 
     def _replaced(self, item: Any, reader: Reader) -> list[Any]:
         key = id(item)
@@ -218,10 +221,14 @@ def _untracked(where: Where) -> list[Instr]:
     return [first, swap, second, swap, *_calling(1, where)]
 
 
-def _without_null(instr: Instr) -> list[Instr]:
-    """An instruction that prepares a call, without the empty place beside the function."""
+def _without_null(instr: Instr, line: int) -> list[Instr]:
+    """An instruction that prepares a call, without the empty place beside the function.
+
+    line  of the function: if it is another one, tracers see both
+    """
     if instr.name == "PUSH_NULL":
-        return []
+        seen = not NULL_FIRST and instr.lineno != line
+        return [Instr("NOP", location=instr.location)] if seen else []
     if instr.name == "LOAD_METHOD":
         return [Instr("LOAD_ATTR", instr.arg, location=instr.location)]
     argument: Any = instr.arg

@@ -78,6 +78,11 @@ class Function(Opaque):
         """Whether a ``def`` statement made it."""
         return not self.code.co_name.startswith("<")
 
+    @property
+    def is_annotation(self) -> bool:
+        """Whether it is what Python makes of annotations (PEP 649)."""
+        return self.code.co_name == "__annotate__" and self.code.co_posonlyargcount == 1
+
     def arguments(self) -> ast.arguments:
         """Its parameters, as `walk.Walk.defaults` wants them."""
         code = self.code
@@ -119,6 +124,12 @@ class AssertionError_(Opaque):
     """What a failing ``assert`` raises, and its message once it has one."""
 
     message: ast.expr | None = None
+
+
+class SpecialMethod(Opaque):
+    """A method that ``with`` calls (since 3.14), and the manager if it enters that."""
+
+    manager: ast.expr | None
 
 
 class Module(Opaque):
@@ -200,6 +211,8 @@ def _width(value: Any) -> int:
 
 def definition(target: Any, value: Any) -> ast.stmt | None:
     """The statement that binds a function, a class or a module; None for any other value."""
+    if isinstance(value, Function) and value.is_annotation:
+        return ast.Pass()
     if isinstance(value, Function) and value.is_definition:
         return ast.FunctionDef(
             value.code.co_name, value.arguments(), value.body(), value.decorators

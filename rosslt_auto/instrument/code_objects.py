@@ -13,7 +13,7 @@ does not show:
 - f-strings with ``and``, ``or``, conditions or comprehensions in them stay as they are, and so do
   calls with ``*args`` or ``**keywords``;
 - a constant that is returned from inside of ``try: ... finally: ...`` stands at the end of that,
-  the body of ``lambda: 1.5`` at the beginning of its line (3.12, 3.13);
+  the body of ``lambda: 1.5`` at the beginning of its line (3.12);
 - of ``True`` and ``False`` nothing is known;
 - targets in brackets, ``[a, b] = 1, 2`` and ``(a, b), c = (1, 2), d``, are told apart, where names
   of locations from source go by the first.

@@ -17,7 +17,18 @@ from .code_calls import NULL_FIRST
 from .code_calls import STEPS as CALLS
 from .code_displays import STEPS as DISPLAYS
 from .code_displays import Step, to_tuple
-from .code_nodes import AssertionError_, ClassBuilder, Module, Null, Opaque, Part, constant, put
+from .code_nodes import (
+    AssertionError_,
+    ClassBuilder,
+    Module,
+    Null,
+    Opaque,
+    Part,
+    SpecialMethod,
+    constant,
+    put,
+)
+from .code_substitutes import name_of
 from .walk import LOAD
 
 
@@ -88,8 +99,8 @@ def _assertion_error(reader: Any, instr: Any) -> None:
 
 
 def _common_constant(reader: Any, instr: Any) -> None:
-    is_error = "ASSERTIONERROR" in str(getattr(instr.arg, "name", instr.arg)).upper()
-    reader.push(put(AssertionError_() if is_error or instr.arg == 0 else Opaque(), instr))
+    is_error = instr.arg.name == "ASSERTION_ERROR"
+    reader.push(put(AssertionError_() if is_error else Opaque(), instr))
 
 
 # ---------------------------------------------------------------- operators
@@ -160,8 +171,9 @@ def _intrinsic(reader: Any, instr: Any) -> None:
         pass
     elif name == "INTRINSIC_SET_FUNCTION_TYPE_PARAMS":
         reader.pop()
-    else:
-        reader.unknown(instr)
+    else:  # of types, but for one that prints what is typed: literals stay
+        reader.loose(*reader.pop_many(int(name_of(instr)[-1])))
+        reader.push(put(Opaque(), instr, unknown=True))
 
 
 # ---------------------------------------------------------------- imports
@@ -285,6 +297,14 @@ def _with(reader: Any, instr: Any) -> None:
     reader.expect("with", manager, instr)
 
 
+def _special_method(reader: Any, instr: Any) -> None:
+    manager = reader.pop()
+    method = put(SpecialMethod(), instr, manager.start, unknown=manager.start is None)
+    method.manager = manager if instr.arg.name in ("ENTER", "AENTER") else None
+    reader.push(method)
+    reader.push(put(Null(), instr))
+
+
 def _awaited(reader: Any, instr: Any) -> None:
     value = reader.pop()
     if isinstance(value, Part):  # of ``async with``
@@ -332,7 +352,7 @@ STEPS: dict[str, Step] = {
     **dict.fromkeys(("GET_ITER", "NOP", "RESUME", "CACHE", "TO_BOOL", "ASYNC_GEN_WRAP",
                      "NOT_TAKEN"), _nothing),
     **dict.fromkeys(("UNPACK_SEQUENCE", "UNPACK_EX"), _unpack),
-    **dict.fromkeys(("BEFORE_WITH", "BEFORE_ASYNC_WITH"), _with),
+    **dict.fromkeys(("BEFORE_WITH", "BEFORE_ASYNC_WITH"), _with), "LOAD_SPECIAL": _special_method,
     **dict.fromkeys(("GET_AWAITABLE", "GET_YIELD_FROM_ITER"), _awaited),
     "END_SEND": _end_send, "RETURN_GENERATOR": _opaque, "LOAD_LOCALS": _opaque,
     **dict.fromkeys(("MATCH_SEQUENCE", "MATCH_MAPPING"), _matched),

@@ -17,6 +17,7 @@ from bytecode import Bytecode, Instr, Label, TryBegin
 
 from .code_nodes import Either, Function, Null, Opaque, Part, definition, put
 from .code_opcodes import STEPS
+from .code_substitutes import name_of, readable
 from .errors import NotInstrumented
 from .walk import LOAD
 
@@ -24,6 +25,10 @@ _ENDS = frozenset(
     {"RETURN_VALUE", "RETURN_CONST", "RAISE_VARARGS", "RERAISE", "JUMP_FORWARD", "JUMP_BACKWARD",
      "JUMP_BACKWARD_NO_INTERRUPT", "JUMP", "JUMP_NO_INTERRUPT"}
 )  # fmt: skip
+
+
+_NEVER_FOLLOWED = frozenset({"END_ASYNC_FOR"})
+"""Its target is for `sys.monitoring` (since 3.14)."""
 
 
 class Targets:
@@ -56,7 +61,9 @@ class Reader:
 
     def __init__(self, code: CodeType) -> None:
         self.code = code
-        self.bytecode = Bytecode.from_code(code, conserve_exception_block_stackdepth=True)
+        shown = readable(code)
+        self.has_substitutes = shown is not code
+        self.bytecode = Bytecode.from_code(shown, conserve_exception_block_stackdepth=True)
         self.items: list[Any] = [one for item in self.bytecode for one in _single(item)]
         self.at = {id(item): index for index, item in enumerate(self.items)}
         self.labels = {id(item): i for i, item in enumerate(self.items) if isinstance(item, Label)}
@@ -116,13 +123,13 @@ class Reader:
                 self._enter(handler, self.stack[:depth] + pushed)
                 follow.append(handler)
             elif isinstance(item, Instr):
-                if item.has_jump():
+                if item.has_jump() and item.name not in _NEVER_FOLLOWED:
                     follow.append(self._jump(item))
                     if item.name not in _ENDS:
                         self._enter(index + 1, self.stack)
                         follow.append(index + 1)
                     return follow
-                step = STEPS.get(item.name)
+                step = STEPS.get(name_of(item))
                 if step is None:
                     self.unknown(item)
                 else:

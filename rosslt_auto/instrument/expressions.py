@@ -21,7 +21,7 @@ from .plain import (
     plain_texts,
     target_name,
 )
-from .walk import LOOSE, Binding, Parts, Walk, loosen
+from .walk import LOOSE, TEMPLATE, Binding, Parts, Walk, loosen
 
 
 class ExpressionWalk(Walk):
@@ -206,6 +206,13 @@ class ExpressionWalk(Walk):
             self.block.names.add(name)
         self.expressions(literals, loose)
 
+    def _template(self, node: Any, binding: Binding) -> None:
+        loose = loosen(binding)
+        for part in node.values:
+            if part.__class__ is not ast.Constant:
+                self.expression(part.value, loose)
+                self.expression(part.format_spec, None)
+
     def can_note(self, node: ast.JoinedStr) -> bool:
         """Whether an f-string is to know its pieces."""
         return can_be_noted(node)
@@ -240,6 +247,7 @@ class ExpressionWalk(Walk):
         ast.YieldFrom: _yield,
         ast.NamedExpr: _named,
         ast.JoinedStr: _joined,
+        **({TEMPLATE: _template} if TEMPLATE else {}),
     }
 
 

@@ -23,6 +23,8 @@ Parts = tuple[tuple[str | None, str | None, str | None], ...]
 
 LOAD = ast.Load()
 LOOSE = ("value", False)
+TEMPLATE: Any = getattr(ast, "TemplateStr", None)
+"""The node of t-strings, since 3.14."""
 
 
 def loosen(binding: Binding) -> Binding:

@@ -27,6 +27,7 @@ from rosslt_auto.instrument.rewriter import Rewritten, rewrite
 from rosslt_auto.provenance import provenance
 from rosslt_auto.provenance.locations import LiteralInfo
 from rosslt_auto.provenance.registry import location_of
+from support.syntax import Since, cases
 
 Place = tuple[str, int, int]
 Locations = dict[Place, tuple[Any, LiteralInfo]]
@@ -160,12 +161,75 @@ SAME = {
         def f(): return f"{x + 0.5} of {g(10)}"
         i = f"{x=} {y = !s}"
     """,
+    "annotations": """
+        a: A[0.5] = 1.5
+        b: Literal["text", 5]
+        def f(c: A[2.5] = x, *d: B[3], e: "int" = 0.25, **g: C[4]) -> D[5.5]:
+            h: A[6] = 7
+            i: E[8.5]
+            self.j: F[9] = 0.75
+            return h
+        class G(B):
+            k: A[1] = 2.5
+            if x: l: A[3] = 4.5
+            def m(self, n: lambda: 0.5 = x, *, q: 5 = 1) -> "text": return 2
+        if x: o: A[7] = 8
+        for p in q: r: A[0.125] = 5
+    """,
+    "functions with states": """
+        def f(a, b=x, *, c=lambda *, d=0.5: d):
+            with e(a): g = any(h > 0.5 for h in (1.5, a))
+            i = all([j for j in (2, a)]), tuple(k + 1 for k in a), list(l for l in (3, a))
+            return lambda m=a, *, n=0.25: m + n
+        with o(1.5): pass
+        with p, q(r=2.5) as s.t, u(3) as v["w"]: y = not a == 0.5
+    """,
+}
+
+SAME_SINCE: Since = {
+    "parameters of types": (
+        (3, 12),
+        """
+        def f[T](a: T = x, *, b=1.5) -> T: return a + 2.5
+        class A[T, *U, **V](B[U], c=3):
+            d = 4.5
+            def e[W: (int, G[5])](self, *, h: W = 6) -> W: return 7
+        type I = J[0.5]
+        type K[T: L[1.5]] = M[T, 2]
+        class N[T]: o = 3.5
+        """,
+    ),
+    "defaults of types": (
+        (3, 13),
+        """
+        def f[T = A[0.5]](*, a: T = 1.5): return a + 2
+        class B[T: C[2] = D[3], *U = *E[4], **V = [F[5]]]: g = 6
+        type H[T = I[7]] = T
+        """,
+    ),
+    "templates": (
+        (3, 14),
+        """
+        a = t"{x} and {0.5} {y + 1.5!r:>{z}} {f(2)=} {'text'!s:x}"
+        def g(n): return h(t"{n * 2.5!a}", t"{[i * 0.5 for i in (1, n)]:{n + 3}}{t'{4}'}")
+        b = t"" + t"text", t"{c if x else 5}"
+        """,
+    ),
+    "several exceptions": (
+        (3, 14),
+        """
+        try: a = f(0.5)
+        except A, B: b = 1.5
+        except C, D.e: c = 2.5
+        finally: d = 3.5
+        """,
+    ),
 }
 
 
-@pytest.mark.parametrize("name", SAME)
-def test_same_locations(name: str) -> None:
-    source = dedent(SAME[name]).strip() + "\n"
+@pytest.mark.parametrize("text", cases(SAME, SAME_SINCE))
+def test_same_locations(text: str) -> None:
+    source = dedent(text).strip() + "\n"
     expected = from_source(source)
     found = from_code(source)
     assert found.keys() == expected.keys()
@@ -187,7 +251,7 @@ KNOWN = {
     "an f-string without values is a text": "x = f'text'\n",
 }
 
-if (3, 12) <= sys.version_info < (3, 14):
+if (3, 12) <= sys.version_info < (3, 13):
     KNOWN["a constant result of a lambda expression"] = "f = lambda: 1.5\n"
 
 
@@ -409,8 +473,14 @@ def test_stack_is_large_enough(module: str) -> None:
         assert code.co_stacksize >= Bytecode.from_code(code).compute_stacksize(), code
 
 
-def test_lines_are_executed_in_the_same_order() -> None:
-    source = "x = (io\n  .StringIO('a').read(\n    max(\n      1, 2)\n  ))\n"
+@pytest.mark.parametrize(
+    "source",
+    [
+        "x = (io\n  .StringIO('a').read(\n    max(\n      1, 2)\n  ))\n",
+        "import math\nx = print(\n  math\n   .sin(\n    0.5\n   ))\n",
+    ],
+)
+def test_lines_are_executed_in_the_same_order(source: str) -> None:
     plain = compile(source, "lines.py", "exec", dont_inherit=True)
 
     def lines_of(code: CodeType) -> list[int]:
