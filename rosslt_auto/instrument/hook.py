@@ -21,7 +21,7 @@ from typing import Any
 
 from ..provenance.frames import unseen, untraced
 from ..provenance.joinpoints import JoinPoints
-from . import array_calls, cache, consoles, exact_types, pytest_modules, run_path, tables
+from . import array_calls, cache, compiled, consoles, exact_types, pytest_modules, run_path, tables
 from .errors import NotInstrumented, NotNow, NotParsed
 from .selection import Selection
 
@@ -29,7 +29,7 @@ _SourceLoader = next(cls for cls in SourceFileLoader.__mro__ if "get_code" in va
 _WITHOUT_SOURCE = (zipimport.zipimporter, SourcelessFileLoader)
 """Loaders of modules that may exist as ``.pyc`` only."""
 
-_ASPECTS: Any = (array_calls, exact_types, pytest_modules, run_path, consoles)
+_ASPECTS: Any = (array_calls, exact_types, pytest_modules, run_path, consoles, compiled)
 """Further join points, each with `install` and `uninstall`."""
 
 _selections: list[Selection] = []

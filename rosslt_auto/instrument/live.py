@@ -7,6 +7,7 @@ closures; classes and modules likewise. What is running at that moment ends as i
 from __future__ import annotations
 
 import contextlib
+import functools
 import gc
 import sys
 from collections.abc import Iterable
@@ -157,8 +158,21 @@ def restore() -> None:
             if plain is not None:
                 function.__code__ = plain
     forget()
+    _plain_codes.cache_clear()
 
 
+def make_plain(function: FunctionType) -> None:
+    """Gives one function plain code, wherever its rewritten code has come from."""
+    code = _plain.pop(function, None)
+    if code is None and is_instrumented(function.__code__):
+        key = function.__globals__.get("__name__", ""), function.__code__.co_filename
+        known = [one for one in registered() if (one.module, one.file) == key]
+        code = _plain_codes(*key, known[0] if known else None).get(function.__code__)
+    if code is not None:
+        function.__code__ = code
+
+
+@functools.lru_cache(4)
 def _plain_codes(module: str, path: str, known: Literals | None) -> dict[CodeType, CodeType]:
     """Plain code of a module by its rewritten code."""
     try:
