@@ -43,7 +43,7 @@ _NAMES_OF_INSTANCES = frozenset({"self", "cls"})
 def call_helper(node: ast.Call, name: str) -> str | None:
     """The name of our function for a call of the function above called `name`; None: leave it."""
     args = node.args
-    if _is_spread(node):
+    if is_spread(node):
         return None
     plain_shape = not node.keywords and not any(isinstance(arg, ast.Starred) for arg in args)
     if name == "type":
@@ -70,23 +70,24 @@ def call_helper(node: ast.Call, name: str) -> str | None:
 
 def array_helper(node: ast.Call, name: str) -> str | None:
     """The same for a function of one of `ARRAY_MODULES`."""
-    return CALL if name in ARRAY_CALLS and not _is_spread(node) else None
+    return CALL if name in ARRAY_CALLS and not is_spread(node) else None
 
 
 def file_helper(node: ast.Call, name: str) -> str | None:
     """The same for a function or method that may read a file."""
-    return CALL_FILE if name in FILE_CALLS and not _is_spread(node) else None
+    return CALL_FILE if name in FILE_CALLS and not is_spread(node) else None
 
 
 def execution_helper(node: ast.Call) -> str | None:
     """The same for what may be `exec` or `eval`."""
     plain_shape = not node.keywords and not any(isinstance(arg, ast.Starred) for arg in node.args)
-    if not plain_shape or not 1 <= len(node.args) <= 3 or _is_spread(node):
+    if not plain_shape or not 1 <= len(node.args) <= 3 or is_spread(node):
         return None
     return CALL_EXECUTE
 
 
-def _is_spread(node: ast.Call) -> bool:
+def is_spread(node: ast.Call) -> bool:
+    """Whether the function's expression goes over several lines."""
     # Rare, and where the compiler says that such a call stands is too intricate.
     return node.func.lineno != node.func.end_lineno
 

@@ -54,6 +54,18 @@ class Edits:
             if one is not None:
                 self._instead[id(one)] = [Instr(one.name, one.arg + 1, location=one.location)]
 
+    def function(self, node: Any, helper: str) -> None:
+        """What is called is what one of our functions gives for it."""
+        function, instr, null = node.func, node.made_by, node.null.made_by
+        if id(null) in self._instead:  # done, for a copy of the call
+            return
+        push = Instr("PUSH_NULL", location=_where(function.start))
+        given = _given_to(helper, _where(function.made_by))
+        self._put_before(function, instr, _INNER, [push] if NULL_FIRST else [])
+        self._instead[id(null)] = _without_null(null, function.lineno)
+        self._put_after(function.made_by, _OUTER, given if NULL_FIRST else [*given, push])
+        self._note_depth(node.reader, function.start, instr, 3)
+
     def operator(self, instr: Instr, helper: str) -> None:
         """Two operands are given to one of our functions."""
         at = instr.location
@@ -214,8 +226,13 @@ def _formatting(where: Where) -> list[Instr]:
 
 def _untracked(where: Where) -> list[Instr]:
     """Makes the uppermost value plain."""
+    return _given_to(UNTRACKED, where)
+
+
+def _given_to(helper: str, where: Where) -> list[Instr]:
+    """Puts what one of our functions gives for the uppermost value in its place."""
     null = Instr("PUSH_NULL", location=where)
-    load = Instr("LOAD_GLOBAL", (False, UNTRACKED), location=where)
+    load = Instr("LOAD_GLOBAL", (False, helper), location=where)
     first, second = (null, load) if NULL_FIRST else (load, null)
     swap = Instr("SWAP", 2, location=where)
     return [first, swap, second, swap, *_calling(1, where)]

@@ -12,11 +12,13 @@ from typing import Any
 from bytecode import Instr
 
 from ..provenance.locations import LiteralInfo
+from .call_sites import is_spread
 from .calls import UNTRACKED
 from .code_edits import Edits
 from .code_nodes import Comprehension, Either, Function
 from .code_reading import Reader
 from .expressions import ExpressionWalk
+from .foreign_calls import FOR_TEXTS
 from .interpolations import can_be_noted, interpolated
 from .naming import Scope, parameter_names
 from .plain import RETURNS_PLAIN, RUN_ONCE, can_evaluate_to_tracked, target_name
@@ -98,8 +100,11 @@ class CodeRewriter(Rewriter):
             if any(copy.null is None for copy in copies):
                 continue
             helpers = [helper for helper in map(self._helper, copies) if helper is not None]
-            for copy in copies if helpers else ():
-                self.edits.call(copy, helpers[0])
+            for copy in copies:
+                if helpers:
+                    self.edits.call(copy, helpers[0])
+                elif not self.with_texts.isdisjoint(copies) and not is_spread(copy):
+                    self.edits.function(copy, FOR_TEXTS)
 
     # ------------------------------------------------------------ overridden visits
 

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import ast
+import builtins
 from typing import Any
 
 from .cache import INTERPOLATIONS
 from .call_sites import METHOD_CALLS, root_name
 from .executed import PLAIN_TREE
+from .foreign_calls import KEEPING
 from .interpolations import can_be_noted, interpolated
 from .naming import Scope
 from .plain import (
     ALL,
     LARGE,
     PLAIN_KEYWORDS,
+    PLAIN_TEXTS,
     can_be_tracked,
     is_sequence,
     last_name,
@@ -102,13 +105,29 @@ class ExpressionWalk(Walk):
             plain = plain_from(name)
             for index, arg in enumerate(node.args):
                 self.plain_texts = outer or index < texts
+                self._note_text(node, arg)
                 self.expression(arg, argument if index < plain else None)
             if kind is ast.Name and name == "compile" and not isinstance(node.args[0], ast.Starred):
                 node.args[0] = self.untracked(node.args[0], by=PLAIN_TREE)
         for keyword in node.keywords:
             self.plain_texts = outer or texts == ALL or keyword.arg in PLAIN_KEYWORDS
+            self._note_text(node, keyword.value)
             self.expression(keyword.value, (keyword.arg, True) if keyword.arg else LOOSE)
         self.plain_texts = outer
+
+    def _note_text(self, call: ast.Call, argument: ast.expr) -> None:
+        """Notes a call that may hand a tracked text to a module that wants a plain one."""
+        if self.plain_texts or call in self.with_texts or not self.is_text(argument):
+            return
+        func = call.func
+        if isinstance(func, ast.Attribute):
+            if func.attr in KEEPING or func.attr in PLAIN_TEXTS:
+                return
+            if func.attr not in METHOD_CALLS:
+                self.calls.append((call, self.block))
+        elif not isinstance(func, ast.Name) or func.id in _BUILTINS:
+            return
+        self.with_texts.add(call)
 
     def _callee(self, func: ast.Attribute) -> None:
         template = func.value
@@ -252,6 +271,7 @@ class ExpressionWalk(Walk):
 
 
 _TEMPLATES = frozenset({"format", "join"})
+_BUILTINS = frozenset(dir(builtins))
 
 
 def _is_display(node: ast.expr) -> bool:

@@ -25,9 +25,11 @@ from .call_sites import (
     call_helper,
     execution_helper,
     file_helper,
+    is_spread,
     root_name,
 )
 from .expressions import ExpressionWalk
+from .foreign_calls import FOR_TEXTS
 from .naming import Scope, parameter_names
 from .remarks import Remarks
 from .statements import StatementWalk
@@ -106,11 +108,14 @@ class Rewriter(StatementWalk, ExpressionWalk):
 
     def _rewrite_call(self, node: ast.Call, block: Block | None) -> None:
         helper = self._helper(node)
-        if helper is None:
-            return
-        node.args.insert(0, node.func)
-        node.func = ast.copy_location(ast.Name(helper, LOAD), node.func)
-        if block is not None:
+        if helper is not None:
+            node.args.insert(0, node.func)
+            node.func = ast.copy_location(ast.Name(helper, LOAD), node.func)
+        elif node in self.with_texts and not is_spread(node):
+            helper = FOR_TEXTS
+            name = ast.copy_location(ast.Name(helper, LOAD), node.func)
+            node.func = ast.copy_location(ast.Call(name, [node.func], []), node.func)
+        if helper is not None and block is not None:
             block.names.add(helper)
 
     def _helper(self, node: ast.Call) -> str | None:

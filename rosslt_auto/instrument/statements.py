@@ -89,6 +89,8 @@ class StatementWalk(Walk):
         first = node.targets[0]
         if isinstance(first, ast.Name):
             self.alias(first.id, node.value)
+        elif isinstance(first, ast.Attribute) and self.is_text(node.value):
+            self.text_names.add(f".{first.attr}")
         self.operations.bound(first, node.value, self.scope)
         if isinstance(first, ast.Tuple) and isinstance(node.value, (ast.Tuple, ast.List)):
             values = node.value.elts

@@ -21,7 +21,7 @@ from ..provenance import mentioned
 from ..provenance.locations import LiteralInfo
 from ..provenance.registry import register_literals, registered
 from ..provenance.strings import Interpolation
-from . import arithmetic, calls, executed, file_calls, statistics_calls
+from . import arithmetic, calls, executed, file_calls, foreign_calls, statistics_calls
 from .cache import INTERPOLATIONS, Entry
 
 PREFIX = "@rosslt."
@@ -37,6 +37,8 @@ def publish(entry: Entry, source: bytes | None) -> None:
     calls.publish()
     executed.publish()
     file_calls.publish()
+    foreign_calls.publish()
+    foreign_calls.note(entry.module)
     statistics_calls.publish()
     mentioned.read(source)
     if entry.values:

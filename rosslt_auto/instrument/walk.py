@@ -14,7 +14,7 @@ from .call_sites import BUILTIN_CALLS, MATH_CALLS, MATH_MODULES
 from .calls import UNTRACKED
 from .naming import Scope
 from .operations import Operations
-from .plain import can_evaluate_to_tracked
+from .plain import can_be_tracked, can_evaluate_to_tracked
 from .remarks import Remarks
 
 Binding = tuple[str, bool] | None
@@ -95,6 +95,8 @@ class Walk:
         self.array_names: dict[str, str] = {}
         self.file_names: dict[str, str] = {}
         self.array_modules: set[str] = set()
+        self.text_names: set[str] = set()  # names and, with a dot before them, attributes of texts
+        self.with_texts: set[ast.Call] = set()
 
     def statements(self, body: list[ast.stmt]) -> None:
         """Walks over the statements of a body."""
@@ -128,9 +130,26 @@ class Walk:
             self.expression(keyword_default, (arg.arg, True))
 
     def alias(self, name: str, value: ast.expr) -> None:
-        """Notes ``name = math.sin``: calls of that name may be calls of that function."""
+        """Notes ``name = math.sin``: calls of that name may be calls of that function.
+
+        And ``name = "text"``: who is called with that name gets a text.
+        """
         if isinstance(value, ast.Attribute) and value.attr in MATH_CALLS:
             self.called_names.setdefault(name, value.attr)
+        elif self.is_text(value):
+            self.text_names.add(name)
+
+    def is_text(self, node: ast.expr) -> bool:
+        """Whether an expression looks like a text that is tracked."""
+        if isinstance(node, ast.Constant):
+            return type(node.value) is str and can_be_tracked(node.value)
+        if isinstance(node, ast.Name):
+            return node.id in self.text_names
+        if isinstance(node, ast.Attribute):
+            return f".{node.attr}" in self.text_names
+        if isinstance(node, ast.BinOp):
+            return self.is_text(node.left) or self.is_text(node.right)
+        return isinstance(node, ast.JoinedStr)
 
     def literal(self, node: ast.expr, value: Any, binding: tuple[str, bool]) -> None:
         if value.__class__ is str and self.plain_texts:
