@@ -1,4 +1,4 @@
-"""Functions of the standard library that ask for exact types get plain values.
+"""Functions of libraries that ask for exact types get plain values.
 
 Nearly everything written in C takes a subclass of float, int or str like the plain one. The few
 functions that refuse one would fail under us, whoever calls them: nothing can be seen of that in
@@ -19,6 +19,8 @@ from ..provenance.values import PlainType
 FUNCTIONS: dict[str, tuple[str, ...]] = {
     "_socket": ("getaddrinfo",),  # of a port number: "Int or String expected"
     "sys": ("intern",),  # "can't intern str"
+    "orjson": ("dumps",),  # "not JSON serializable: float"
+    "torch.serialization": ("save",),  # torch.load refuses to call float and str
     "csv": ("field_size_limit",),  # "limit must be an integer"
     "marshal": ("dump", "dumps"),  # "unmarshallable object"
     # To a subinterpreter, where everything runs plain: "does not support cross-interpreter data"
@@ -33,6 +35,7 @@ FUNCTIONS: dict[str, tuple[str, ...]] = {
     "multiprocessing.managers": ("BaseManager.register",),
     "unittest.case": ("TestCase._getAssertEqualityFunc",),
     "unittest.mock": ("_patch_multiple", "patch.multiple"),
+    "h5py._hl.base": ("find_item_type",),
     "wsgiref.handlers": ("BaseHandler._convert_string_type",),
     "wsgiref.headers": ("Headers._convert_string_type",),
     "wsgiref.validate": ("check_string_type",),
