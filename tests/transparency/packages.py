@@ -1,7 +1,9 @@
-"""Packages from the package index as cases: the whole package instrumented, its own tests run.
+"""Packages from the package index as cases.
 
-Tests come with the source distribution, the package as it is installed everywhere. Both are
-fetched once, by pip, into the folder of things that are made (`running.BUILD`).
+Of the suite "packages" a whole package is instrumented, and its own tests run. Tests come with the
+source distribution, the package as it is installed everywhere. Of the suite "extensions" a program
+is instrumented that uses packages. All is fetched once, by pip, into the folder of things that are
+made (`running.BUILD`).
 """
 
 from __future__ import annotations
@@ -14,11 +16,13 @@ import sys
 import tarfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from transparency.running import BUILD
 from transparency.suites import Case, expected, table
 
 _PATIENCE = 300.0
+_PROGRAMS = Path(__file__).parent / "data" / "extensions"
 
 
 class NotFetched(Exception):
@@ -44,6 +48,24 @@ def cases() -> Iterator[Case]:
         )  # fmt: skip
 
 
+def callers() -> Iterator[Case]:
+    """A case for each program that calls extensions; its packages may still have to be fetched."""
+    for name, needs in table("extensions")["programs"].items():
+        folder = _folder(name, needs)
+        yield Case(
+            "extensions", name, "", [str(_PROGRAMS / f"{name}.py")], ["__main__"],
+            path=[folder / "installed"],
+            prepare=lambda needs=needs, folder=folder: _install(folder, needs),
+        )  # fmt: skip
+
+
+def _install(folder: Path, needs: list[str]) -> None:
+    if not (folder / "complete").exists():
+        shutil.rmtree(folder, ignore_errors=True)
+        _pip("install", "--target", str(folder / "installed"), *needs)
+        (folder / "complete").touch()
+
+
 def fetch(name: str, row: dict) -> None:
     """Downloads and installs what a row of the table says. Raises NotFetched."""
     source, installed = _folders(name, row)
@@ -63,10 +85,14 @@ def fetch(name: str, row: dict) -> None:
 
 def _folders(name: str, row: dict) -> tuple[Path, Path]:
     """Where the unpacked source distribution and the installed package are."""
-    asked = json.dumps([row["version"], row.get("needs", []), sys.version_info[:2]])
-    key = hashlib.sha256(asked.encode()).hexdigest()[:10]
-    folder = BUILD / "packages" / f"{name}-{row['version']}-{key}"
+    folder = _folder(f"{name}-{row['version']}", [row["version"], row.get("needs", [])])
     return folder / "source", folder / "installed"
+
+
+def _folder(name: str, asked: Any) -> Path:
+    """Where all of what a table asks for is kept, for this version of Python."""
+    key = hashlib.sha256(json.dumps([asked, sys.version_info[:2]]).encode()).hexdigest()[:10]
+    return BUILD / "packages" / f"{name}-{key}"
 
 
 def _pip(*arguments: str) -> None:

@@ -129,6 +129,7 @@ TITLES = {
     "programs": "Programs of the standard library, all of which is instrumented",
     "library": "CPython's tests, the whole standard library instrumented",
     "numbers": "CPython's numeric tests, themselves instrumented",
+    "extensions": "Programs that call extensions with literals",
     "packages": "Packages from PyPI, each instrumented as a whole, and their own tests",
     "ros": "The ROS 2 examples and demos",
 }

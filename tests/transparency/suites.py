@@ -10,7 +10,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 TABLES = Path(__file__).parent
-SUITES = ("programs", "numbers", "packages", "ros", "library")
+SUITES = ("programs", "numbers", "packages", "extensions", "ros", "library")
 SHORT = ("programs", "numbers", "packages")
 """What takes minutes."""
 
@@ -95,6 +95,10 @@ def cases(suite: str) -> Iterator[Case]:
         from transparency import packages
 
         yield from packages.cases()
+    elif suite == "extensions":
+        from transparency import packages
+
+        yield from packages.callers()
     else:
         from transparency import cpython
 

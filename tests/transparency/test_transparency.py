@@ -41,7 +41,7 @@ def test_every_table_can_be_read() -> None:
     ("words", "suites"),
     [
         ([], {"programs", "numbers", "packages"}), (["numbers:*"], {"numbers"}),
-        (["all"], {"programs", "numbers", "packages", "library"}),
+        (["all"], {"programs", "numbers", "packages", "extensions", "library"}),
     ],
 )  # fmt: skip
 def test_suites_are_chosen(words: list[str], suites: set[str]) -> None:
