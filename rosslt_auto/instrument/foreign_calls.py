@@ -29,7 +29,7 @@ _TAKING_SUBCLASSES = sys.stdlib_module_names | {"numpy", "rclpy", "rosslt_auto"}
 _OF_INTERFACES = frozenset({"action", "msg", "srv"})
 _module_of_class: Any = vars(type)["__module__"].__get__
 
-_foreign: dict[Any, bool] = {}
+_foreign: dict[str, bool] = {}
 """Whether modules want plain texts, by name."""
 
 
@@ -37,6 +37,8 @@ _foreign: dict[Any, bool] = {}
 def for_texts(function: Function, /) -> Function:
     """`function`, or what calls it with plain texts if it is of a module that wants them."""
     module = _module_of(function)
+    if type(module) is not str:
+        return function
     foreign = _foreign.get(module)
     if foreign is None:
         foreign = _foreign[module] = _is_foreign(module)
@@ -58,9 +60,7 @@ def _plain(value: Any) -> Any:
     return untracked(value) if type(value) is TrackedStr else value
 
 
-def _is_foreign(module: Any) -> bool:
-    if type(module) is not str:
-        return False
+def _is_foreign(module: str) -> bool:
     package, *rest = module.split(".")
     return package not in _TAKING_SUBCLASSES and _OF_INTERFACES.isdisjoint(rest)
 

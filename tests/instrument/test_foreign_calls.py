@@ -107,6 +107,10 @@ def test_what_is_called_with_texts() -> None:
     for own in (Interface, noted, noted(), [].append, len, sys.intern, str.upper, functools.partial,
                 functools.partial(Interface), {}.get, Path, Path("x").joinpath):  # fmt: skip
         assert foreign_calls.for_texts(own) == own
+    nowhere = ModuleType("nowhere")
+    exec("def f(): pass", vars(nowhere))
+    nowhere.f.__module__ = ["not even a name"]
+    assert foreign_calls.for_texts(nowhere.f) is nowhere.f
     library = ModuleType("library")
     exec("def f(): pass\nclass C:\n    def m(self): pass", vars(library))
     for foreign in (library.f, library.C, library.C().m, functools.partial(library.f), Asked):
