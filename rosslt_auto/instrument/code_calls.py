@@ -25,6 +25,7 @@ from .code_nodes import (
     Null,
     Opaque,
     SpecialMethod,
+    as_written,
     put,
 )
 from .walk import LOAD
@@ -59,7 +60,7 @@ def _set_attribute(function: Any, flag: int, value: Any) -> None:
         function.defaults = value.elts
     elif flag == 2 and isinstance(value, ast.Dict):
         function.keyword_defaults = {
-            key.value: default
+            as_written(key.value, function.code): default
             for key, default in zip(value.keys, value.values, strict=True)
             if isinstance(key, ast.Constant)
         }
@@ -109,7 +110,7 @@ def _called(reader: Any, instr: Any, values: list[Any], names: Any) -> Any:
         function, values = below, [above, *values]
     count = len(values) - len(names)
     keywords = [
-        put(ast.keyword(name, value), instr)
+        put(ast.keyword(as_written(name, reader.code), value), instr)
         for name, value in zip(names, values[count:], strict=True)
     ]
     node: Any = _result(instr, function, values[:count], keywords)

@@ -86,7 +86,7 @@ class Function(Opaque):
     def arguments(self) -> ast.arguments:
         """Its parameters, as `walk.Walk.defaults` wants them."""
         code = self.code
-        names = [ast.arg(name) for name in code.co_varnames]
+        names = [ast.arg(as_written(name, code)) for name in code.co_varnames]
         positional, keyword = names[: code.co_argcount], names[code.co_argcount :]
         keyword = keyword[: code.co_kwonlyargcount]
         defaults = self.defaults if len(self.defaults) <= len(positional) else []
@@ -163,6 +163,16 @@ def put(
     node.made_by = made_by
     node.start = None if unknown else start or made_by
     return node
+
+
+def as_written(name: str, code: CodeType) -> str:
+    """A name in code as its source has it: in a class ``A``, ``__x`` for the private ``_A__x``."""
+    if name.startswith("_") and "__" in name and not name.endswith("__"):
+        for outer in code.co_qualname.split("."):
+            private = f"_{outer.lstrip('_')}__"
+            if name.startswith(private):
+                return name[len(private) - 2 :]
+    return name
 
 
 def constant(value: Any, made_by: Instr, reader: Any, element: tuple[int, ...] = ()) -> ast.expr:

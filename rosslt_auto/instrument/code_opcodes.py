@@ -25,6 +25,7 @@ from .code_nodes import (
     Opaque,
     Part,
     SpecialMethod,
+    as_written,
     constant,
     put,
 )
@@ -32,10 +33,12 @@ from .code_substitutes import name_of
 from .walk import LOAD
 
 
-def _name_of(argument: Any) -> str:
+def _name_of(reader: Any, instr: Any) -> str:
+    argument = instr.arg
     if isinstance(argument, tuple):
         argument = argument[-1]
-    return argument if isinstance(argument, str) else getattr(argument, "name", "")
+    name = argument if isinstance(argument, str) else getattr(argument, "name", "")
+    return as_written(name, reader.code)
 
 
 def _has_flag(argument: Any) -> bool:
@@ -50,12 +53,12 @@ def _constant(reader: Any, instr: Any) -> None:
 
 
 def _name(reader: Any, instr: Any) -> None:
-    reader.push(put(ast.Name(_name_of(instr.arg), LOAD), instr))
+    reader.push(put(ast.Name(_name_of(reader, instr), LOAD), instr))
 
 
 def _name_in(reader: Any, instr: Any) -> None:
     namespace = reader.pop()
-    reader.made(ast.Name(_name_of(instr.arg), LOAD), instr, [namespace])
+    reader.made(ast.Name(_name_of(reader, instr), LOAD), instr, [namespace])
 
 
 def _callable(reader: Any, node: Any, with_null: bool) -> None:
@@ -68,13 +71,13 @@ def _callable(reader: Any, node: Any, with_null: bool) -> None:
 
 
 def _global(reader: Any, instr: Any) -> None:
-    node = put(ast.Name(_name_of(instr.arg), LOAD), instr)
+    node = put(ast.Name(_name_of(reader, instr), LOAD), instr)
     _callable(reader, node, _has_flag(instr.arg))
 
 
 def _attribute(reader: Any, instr: Any) -> None:
     value = reader.pop()
-    node = put(ast.Attribute(value, _name_of(instr.arg), LOAD), instr, value.start,
+    node = put(ast.Attribute(value, _name_of(reader, instr), LOAD), instr, value.start,
                unknown=value.start is None)  # fmt: skip
     _callable(reader, node, instr.name == "LOAD_METHOD" or _has_flag(instr.arg))
 
@@ -82,7 +85,7 @@ def _attribute(reader: Any, instr: Any) -> None:
 def _super_attribute(reader: Any, instr: Any) -> None:
     builtin, _, _ = reader.pop_many(3)
     call = put(ast.Call(builtin, [], []), instr, builtin.start)
-    node = put(ast.Attribute(call, _name_of(instr.arg), LOAD), instr, builtin.start)
+    node = put(ast.Attribute(call, _name_of(reader, instr), LOAD), instr, builtin.start)
     _callable(reader, node, _has_flag(instr.arg))
 
 
@@ -182,7 +185,7 @@ def _intrinsic(reader: Any, instr: Any) -> None:
 def _import_name(reader: Any, instr: Any) -> None:
     level, _ = reader.pop_many(2)
     node = put(Module(), instr)
-    node.module = _name_of(instr.arg)
+    node.module = _name_of(reader, instr)
     node.level = level.value if isinstance(level, ast.Constant) else 1
     reader.push(node)
 
@@ -191,7 +194,7 @@ def _import_from(reader: Any, instr: Any) -> None:
     package = reader.peek(1)
     node = put(Module(), instr)
     node.module, node.level = package.module, package.level
-    node.name = _name_of(instr.arg)
+    node.name = _name_of(reader, instr)
     reader.push(node)
 
 
@@ -208,12 +211,12 @@ def _import_star(reader: Any, instr: Any) -> None:
 
 
 def _store(reader: Any, instr: Any) -> None:
-    reader.bind(ast.Name(_name_of(instr.arg), LOAD), reader.pop(), instr)
+    reader.bind(ast.Name(_name_of(reader, instr), LOAD), reader.pop(), instr)
 
 
 def _store_attribute(reader: Any, instr: Any) -> None:
     value, owner = reader.pop_many(2)
-    reader.bind(ast.Attribute(owner, _name_of(instr.arg), LOAD), value, instr)
+    reader.bind(ast.Attribute(owner, _name_of(reader, instr), LOAD), value, instr)
 
 
 def _store_subscript(reader: Any, instr: Any) -> None:

@@ -176,6 +176,21 @@ SAME = {
         if x: o: A[7] = 8
         for p in q: r: A[0.125] = 5
     """,
+    "private names": """
+        class A:
+            __a = 0.5
+            def f(self, __b=x, *, __c=2.5, d=lambda __e=x, *, __f=3: __f):
+                self.__g = 4.5
+                __h, i = 5, 6
+                self.__j(7.5)
+                k(__l=8, m=9)
+                for __n in (1.5, 2): self.__o[__p(0.25)] = [__q + 1 for __q in (x, 3)]
+                return lambda: self.__r + 10
+            class __B:
+                def __f(self): self.__s = 0.75
+        class _C__D: __t = 5
+        def _E(): __u = 6; _E__v = __w(7)
+    """,
     "functions with states": """
         def f(a, b=x, *, c=lambda *, d=0.5: d):
             with e(a): g = any(h > 0.5 for h in (1.5, a))
