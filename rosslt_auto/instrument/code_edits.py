@@ -59,11 +59,13 @@ class Edits:
         function, instr, null = node.func, node.made_by, node.null.made_by
         if id(null) in self._instead:  # done, for a copy of the call
             return
-        push = Instr("PUSH_NULL", location=_where(function.start))
-        given = _given_to(helper, _where(function.made_by))
-        self._put_before(function, instr, _INNER, [push] if NULL_FIRST else [])
+        at = _where(function.start if NULL_FIRST else function.made_by)
+        push = [Instr("PUSH_NULL", location=at)]
+        before, after = (push, []) if NULL_FIRST else ([], push)
+        self._put_before(function, instr, _INNER, before)
         self._instead[id(null)] = _without_null(null, function.lineno)
-        self._put_after(function.made_by, _OUTER, given if NULL_FIRST else [*given, push])
+        given = _given_to(helper, _where(function.made_by))
+        self._put_after(function.made_by, _OUTER, [*given, *after])
         self._note_depth(node.reader, function.start, instr, 3)
 
     def operator(self, instr: Instr, helper: str) -> None:
