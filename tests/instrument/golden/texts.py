@@ -12,3 +12,7 @@ def report(node, label, n):
     if label == "x":
         raise ValueError(f"{label} is bad")
     return "{} metres".format(n), "%d" % n, ", ".join([text, "end"]), f"{n!r:>{width}}"
+
+
+def project(zone):
+    return Proj(FRAME, zone=f"{zone}N", kind="utm")
