@@ -8,6 +8,7 @@ on modules that can be instrumented: what they make of a finding is what is to b
 import os
 import sys
 from fnmatch import fnmatchcase
+from importlib.machinery import ExtensionFileLoader
 
 KEPT = (
     "__main__", "sys", "builtins", "os", "os.path", "posixpath", "io", "abc", "codecs",
@@ -23,8 +24,12 @@ def forget(patterns: list[str]) -> None:
 
     What starts a program has imported much of the standard library, and only what is imported
     later is instrumented. Done for plain programs as well: there may be two of a class then.
+    Extensions have no code to be instrumented, and their functions are known by identity.
     """
-    for name in list(sys.modules):
+    for name, module in list(sys.modules.items()):
+        loader = getattr(getattr(module, "__spec__", None), "loader", None)
+        if isinstance(loader, ExtensionFileLoader):
+            continue
         if any(fnmatchcase(name, pattern) for pattern in KEPT):
             continue
         if any(fnmatchcase(name, pattern) for pattern in patterns):
