@@ -10,7 +10,7 @@ help:
 	@echo "make demo   the quadcopter in the browser; Ctrl-C ends it (ARGS=--terminal: without)"
 	@echo "make test   lint, types, and all tests (ARGS='-k name' for some of them)"
 	@echo "make test-browser   the page of \`view\` in a real browser"
-	@echo "make test-transparency   programs of others, plain and instrumented (SUITES=all: 25 minutes)"
+	@echo "make test-transparency   programs of others, plain and instrumented (SUITES=all: half an hour)"
 	@echo "make lint   ruff and mypy only       make format   ruff's formatter"
 	@echo "make bench  the benchmarks           make clean    removes what was made here"
 
