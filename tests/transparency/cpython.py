@@ -34,7 +34,8 @@ def cases(suite: str) -> Iterator[Case]:
             list(_patterns(rows["modules"], name)),
             rows.get("excluded", []),
             timeout=rows.get("timeout", 120.0),
-            expected=expected(rows.get("expected", {}), name),
+            expected=[*expected(rows.get("expected", {}), name),
+                      *expected(rows.get("sometimes", {}), name, always=False)],
         )  # fmt: skip
 
 

@@ -21,10 +21,12 @@ class Expected:
 
     test     fnmatch pattern of names of tests
     reason   what a reader of the report is told
+    always   whether it is as wrong if it is not found: false where it depends on the environment
     """
 
     test: str
     reason: str
+    always: bool = True
 
 
 @dataclass
@@ -69,10 +71,10 @@ def table(suite: str) -> dict:
         return tomllib.load(file)
 
 
-def expected(rows: dict, program: str) -> list[Expected]:
+def expected(rows: dict, program: str, always: bool = True) -> list[Expected]:
     """What the table expects of a program with this Python.
 
-    rows  the table's ``expected``: a reason for each "program: test" or, for some versions of
+    rows  the table's ``expected`` or, not `always`, ``sometimes``: a reason for each "program: test" or, for some versions of
           Python only, "3.12 program: test"; both parts are patterns
     """
     found = []
@@ -83,7 +85,7 @@ def expected(rows: dict, program: str) -> list[Expected]:
             if version and version != "{}.{}".format(*sys.version_info):
                 continue
             if fnmatchcase(program, name):
-                found.append(Expected(test, reason))
+                found.append(Expected(test, reason, always))
     return found
 
 

@@ -107,6 +107,7 @@ def test_expected_differences_have_a_reason_and_must_be_there(case: Case) -> Non
     assert not result.failed
     assert {difference.reason for difference in result.expected} == {"seen", "seen twice"}
     case.expected.append(Expected("*.test_same", "imagined"))
+    case.expected.append(Expected("*.test_same", "found elsewhere", always=False))
     result = compare(case, tries=1)
     assert [expected.reason for expected in result.vanished] == ["imagined"]
     assert result.failed
