@@ -74,8 +74,10 @@ def table(suite: str) -> dict:
 def expected(rows: dict, program: str, always: bool = True) -> list[Expected]:
     """What the table expects of a program with this Python.
 
-    rows  the table's ``expected`` or, not `always`, ``sometimes``: a reason for each "program: test" or, for some versions of
-          Python only, "3.12 program: test"; both parts are patterns
+    rows    the table's ``expected`` (or, not `always`, ``sometimes``): a reason for each
+            "program: test" or, for some versions of Python only, "3.12 program: test"; both parts
+            are patterns
+    always  see `Expected`
     """
     found = []
     for reason, tests in rows.items():
