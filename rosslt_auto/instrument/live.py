@@ -147,14 +147,11 @@ def restore() -> None:
             function.__code__ = code
     _plain.clear()
     files = {(one.module, one.file): one for one in registered()}
-    made: dict[tuple[str, str], dict[CodeType, CodeType]] = {}
     paths = {path for _, path in (*files, *hook.loaded)}
     for function in gc.get_objects():
         if type(function) is FunctionType and function.__code__.co_filename in paths:
             key = (function.__globals__.get("__name__", ""), function.__code__.co_filename)
-            if key not in made:
-                made[key] = _plain_codes(*key, files.get(key))
-            plain = made[key].get(function.__code__)
+            plain = _plain_codes(*key, files.get(key)).get(function.__code__)
             if plain is not None:
                 function.__code__ = plain
     forget()
@@ -172,7 +169,7 @@ def make_plain(function: FunctionType) -> None:
         function.__code__ = code
 
 
-@functools.lru_cache(4)
+@functools.cache
 def _plain_codes(module: str, path: str, known: Literals | None) -> dict[CodeType, CodeType]:
     """Plain code of a module by its rewritten code."""
     try:
