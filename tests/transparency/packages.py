@@ -8,6 +8,7 @@ made (`running.BUILD`).
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import shutil
@@ -60,27 +61,40 @@ def callers() -> Iterator[Case]:
 
 
 def _install(folder: Path, needs: list[str]) -> None:
-    if not (folder / "complete").exists():
-        shutil.rmtree(folder, ignore_errors=True)
-        _pip("install", "--target", str(folder / "installed"), *needs)
-        (folder / "complete").touch()
+    with _once(folder) as missing:
+        if missing:
+            _pip("install", "--target", str(folder / "installed"), *needs)
 
 
 def fetch(name: str, row: dict) -> None:
     """Downloads and installs what a row of the table says. Raises NotFetched."""
     source, installed = _folders(name, row)
-    if (source.parent / "complete").exists():
-        return
-    shutil.rmtree(source.parent, ignore_errors=True)
-    requirement = f"{name}=={row['version']}"
-    _pip("download", "--no-deps", "--no-binary", name, "--dest", str(source.parent), requirement)
-    [archive] = source.parent.glob("*.tar.gz")
+    with _once(source.parent) as missing:
+        if missing:
+            requirement = f"{name}=={row['version']}"
+            _download(name, requirement, source)
+            _pip("install", "--target", str(installed), requirement, *row.get("needs", []))
+
+
+def _download(name: str, requirement: str, source: Path) -> None:
+    folder = source.parent
+    _pip("download", "--no-deps", "--no-binary", name, "--dest", str(folder), requirement)
+    [archive] = folder.glob("*.tar.gz")
     with tarfile.open(archive) as files:
-        files.extractall(source.parent / "unpacked", filter="data")
-    [unpacked] = (source.parent / "unpacked").iterdir()
+        files.extractall(folder / "unpacked", filter="data")
+    [unpacked] = (folder / "unpacked").iterdir()
     unpacked.rename(source)
-    _pip("install", "--target", str(installed), requirement, *row.get("needs", []))
-    (source.parent / "complete").touch()
+
+
+@contextlib.contextmanager
+def _once(folder: Path) -> Iterator[bool]:
+    """Whether a folder has to be filled still: it is complete when that has ended well."""
+    missing = not (folder / "complete").exists()
+    if missing:
+        shutil.rmtree(folder, ignore_errors=True)
+    yield missing
+    if missing:
+        (folder / "complete").touch()
 
 
 def _folders(name: str, row: dict) -> tuple[Path, Path]:
